@@ -1,0 +1,105 @@
+# mepc: everything from two commands, `make demo` and `make test`.
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+
+# One place for what is built, whatever the user's environment says: the drivers link against it.
+export CARGO_TARGET_DIR := $(CURDIR)/target
+LIBRARY := target/release/libmepc.so
+CC ?= cc
+FC := gfortran
+CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
+FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none
+XTASK := cargo xtask
+
+C_SOURCES := $(wildcard c_driver/*.c)
+FORTRAN_MODULES := include/mepc.f90 $(addprefix fortran_driver/, \
+	replay_text.f90 csv.f90 command_line.f90 friction_host.f90 friction_patch.f90)
+
+.PHONY: help
+help: ## this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+
+.PHONY: setup
+setup: ## install what is missing (gfortran and the like)
+	@scripts/setup.sh
+
+.PHONY: library
+library: ## build the shared and the static library
+	cargo build --release --package mepc
+
+.PHONY: cli
+cli: ## build the tool: target/release/mepc
+	cargo build --release --package mepc-cli
+
+.PHONY: drivers
+drivers: build/mepc_replay build/fric_replay build/module_demo ## build the C and the Fortran driver
+
+build/mepc_replay: $(C_SOURCES) $(wildcard c_driver/*.h) include/mepc.h
+	@mkdir -p build
+	$(CC) $(CFLAGS) -Iinclude $(C_SOURCES) -o $@ -ldl -lm
+
+# Linked against the library, which is found beside the build directory.
+FORTRAN_LINK := -Ltarget/release -lmepc '-Wl,-rpath,$$ORIGIN/../target/release'
+
+build/fric_replay: $(FORTRAN_MODULES) fortran_driver/fric_replay.f90 | library
+	@mkdir -p build/modules
+	$(FC) $(FFLAGS) -Jbuild/modules $^ -o $@ $(FORTRAN_LINK)
+
+build/module_demo: include/mepc.f90 fortran_driver/module_demo.f90 | library
+	@mkdir -p build/modules
+	$(FC) $(FFLAGS) -Jbuild/modules $^ -o $@ $(FORTRAN_LINK)
+
+.PHONY: build
+build: setup library drivers
+
+.PHONY: demo
+demo: build ## replay all cases through both drivers: table, CSV files and pictures in build/demo
+	$(XTASK) demo
+	@echo "tables and pictures: build/demo"
+
+.PHONY: test
+test: build check ## everything is checked
+	cargo test --workspace --no-fail-fast
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
+	$(MAKE) memcheck
+	$(MAKE) abaqus
+
+.PHONY: check
+check: ## formatting, lints, and drift of generated files
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --quiet -- -D warnings
+	$(XTASK) header --check
+	$(XTASK) symbols --check
+	$(XTASK) vectors --check
+	$(XTASK) cases --check
+
+.PHONY: memcheck
+memcheck: ## the C driver under valgrind
+	valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay point cases/figure_eight.csv \
+	  --library $(LIBRARY) --props 0.3,0.002 --output build/memcheck.csv
+	valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay patch cases/lap_patch_327.csv \
+	  cases/lap_history.csv --library $(LIBRARY) --props 0.29,0.00268 --series 178e3 --parallel 3.3e3 --output build/memcheck.csv
+
+.PHONY: generated
+generated: library ## write the generated files anew: header, symbol list, vectors, cases, pictures of the docs
+	$(XTASK) header
+	$(XTASK) symbols
+	$(XTASK) vectors
+	$(XTASK) cases
+
+.PHONY: bench
+bench: setup library build/librivals.so ## time the library beside its rivals, in one process
+	cargo bench --bench bench
+
+build/librivals.so: benches/rivals.f90
+	@mkdir -p build/modules
+	$(FC) -O3 -march=native -fPIC -shared -Jbuild/modules $^ -o $@
+
+.PHONY: abaqus
+abaqus: setup library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
+	scripts/abaqus.sh
+
+.PHONY: clean
+clean: ## remove everything that was built
+	rm -rf build target

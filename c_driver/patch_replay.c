@@ -1,0 +1,111 @@
+/* Mode patch: reads the history, advances the patch row by row, writes the table. */
+#include "patch.h"
+
+#include "report.h"
+
+#include <stdlib.h>
+
+/* The columns of a patch history; those that are absent are NULL. */
+typedef struct {
+    csv_table table;
+    double *time;
+    double *displacement[2];
+    double *rotation;
+    double *pressure_scale;
+} patch_history;
+
+static double *column_if_there(const csv_table *table, const char *name) {
+    return csv_has(table, name) ? csv_column(table, name) : NULL;
+}
+
+static patch_history read_history(const char *file) {
+    patch_history h = {.table = csv_read(file)};
+    h.time = csv_time(&h.table);
+    h.displacement[0] = csv_column(&h.table, "displacement_1");
+    h.displacement[1] = column_if_there(&h.table, "displacement_2");
+    h.rotation = column_if_there(&h.table, "rotation");
+    h.pressure_scale = column_if_there(&h.table, "pressure_scale");
+    if (h.rotation != NULL && h.displacement[1] == NULL) {
+        fail("%s:%ld: column displacement_2: missing in the header, rotation needs two directions", file,
+             h.table.header_line);
+    }
+    return h;
+}
+
+static void free_history(patch_history *h) {
+    free(h->time);
+    free(h->displacement[0]);
+    free(h->displacement[1]);
+    free(h->rotation);
+    free(h->pressure_scale);
+    csv_free(&h->table);
+}
+
+static motion motion_at(const patch_history *h, size_t row) {
+    motion m = {{h->displacement[0][row], 0.0}, 0.0, 1.0};
+    if (h->displacement[1] != NULL) {
+        m.displacement[1] = h->displacement[1][row];
+    }
+    if (h->rotation != NULL) {
+        m.rotation = h->rotation[row];
+    }
+    if (h->pressure_scale != NULL) {
+        m.pressure_scale = h->pressure_scale[row];
+    }
+    return m;
+}
+
+static void write_header(FILE *output, int two, int turns) {
+    fprintf(output, "time,displacement_1%s%s,slip_1%s,force_1%s%s,", two ? ",displacement_2" : "",
+            turns ? ",rotation" : "", two ? ",slip_2" : "", two ? ",force_2" : "", turns ? ",moment" : "");
+    fputs("stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations\n", output);
+}
+
+static void write_row(const patch *p, double time, int turns, int iterations) {
+    FILE *output = p->run->output;
+    int32_t ndir = p->run->ndir;
+    long count[CONTACT_KINDS];
+    fprintf(output, "%.17g", time);
+    for (int32_t a = 0; a < ndir; a++) {
+        write_number(output, p->at.displacement[a]);
+    }
+    if (turns) {
+        write_number(output, p->at.rotation);
+    }
+    for (int32_t a = 0; a < ndir; a++) {
+        write_number(output, p->slip[a]);
+    }
+    for (int32_t a = 0; a < ndir; a++) {
+        write_number(output, p->force[a] + p->run->given->parallel * p->at.displacement[a]);
+    }
+    if (turns) {
+        write_number(output, p->moment);
+    }
+    write_number(output, p->stored);
+    write_number(output, p->dissipated);
+    patch_count(p, count);
+    fprintf(output, ",%ld,%ld,%ld,%ld,%d\n", count[OPEN], count[STICK], count[MICRO_SLIP], count[GROSS_SLIP],
+            iterations);
+}
+
+void replay_patch(const options *given) {
+    patch_history history = read_history(given->history);
+    int two = history.displacement[1] != NULL;
+    int turns = history.rotation != NULL;
+    replay run = replay_begin(given, two ? 2 : 1);
+    patch p = patch_read(given->patch, &run);
+
+    replay_open_output(&run);
+    write_header(run.output, two, turns);
+    for (size_t row = 0; row < history.table.rows; row++) {
+        char where[1024];
+        motion target = motion_at(&history, row);
+        snprintf(where, sizeof where, "%s:%ld: step %lu", history.table.file, history.table.lines[row],
+                 (unsigned long)row + 1);
+        int iterations = patch_advance(&p, &target, where);
+        write_row(&p, history.time[row], turns, iterations);
+    }
+    patch_free(&p);
+    replay_end(&run);
+    free_history(&history);
+}

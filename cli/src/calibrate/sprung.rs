@@ -1,0 +1,209 @@
+//! Least squares for the contact law behind a spring, its exponent given.
+//!
+//! At first loading the displacement u of the driven end and the slip g obey g + C F f(g/gcr) = u, with C = 1/K_e; the force is
+//! H(u) = F f(g/gcr). Spring and contact together still obey Masing's rule, so a branch of the loop is
+//! T = c + k u +- [2 H(d/2) - H(A)], d the distance from the reversal.
+
+use mepc::backbone::{Backbone, PowerLaw};
+use mepc::iwan::least_squares::{Problem, minimise};
+use mepc::iwan::{Fit, Record};
+use nalgebra::DVector;
+
+/// What was found.
+pub struct SprungFit {
+    /// The exponent that was given.
+    pub chi: f64,
+    /// Friction force in gross slip.
+    pub force: f64,
+    /// Critical slip.
+    pub gcr: f64,
+    /// 1 / K_e.
+    pub compliance: f64,
+    /// Stiffness in gross slip.
+    pub residual: f64,
+    /// Root mean square residual.
+    pub rms: f64,
+}
+
+impl SprungFit {
+    /// K_e; None is rigid.
+    pub fn series(&self) -> Option<f64> {
+        (self.compliance > 0.0).then(|| 1.0 / self.compliance)
+    }
+
+    /// Displacement at gross slip, gcr + F_s / K_e.
+    pub fn displacement(&self) -> f64 {
+        self.gcr + self.force * self.compliance
+    }
+}
+
+struct Point {
+    sign: f64,
+    /// Half the distance from the reversal.
+    distance: f64,
+    amplitude: f64,
+    displacement: f64,
+    force: f64,
+}
+
+/// A record, scaled by its amplitude and its largest force.
+pub struct Sprung {
+    backbone: PowerLaw,
+    chi: f64,
+    points: Vec<Point>,
+    length: f64,
+    force: f64,
+}
+
+impl Sprung {
+    pub fn new(record: &Record, chi: f64) -> Self {
+        let length = record.amplitude;
+        let force = record
+            .force
+            .iter()
+            .fold(0.0, |most: f64, f| most.max(f.abs()));
+        let points = record.branches.iter().flat_map(|branch| {
+            let sign = branch.direction.sign();
+            branch.points.iter().map(move |&index| {
+                let x = record.displacement[index];
+                Point {
+                    sign,
+                    distance: (0.5 * sign * (x - branch.start) / length).max(0.0),
+                    amplitude: branch.amplitude / length,
+                    displacement: (x - record.centre) / length,
+                    force: record.force[index] / force,
+                }
+            })
+        });
+        Sprung {
+            backbone: PowerLaw::new(chi),
+            chi,
+            points: points.collect(),
+            length,
+            force,
+        }
+    }
+
+    /// Starts from the joint's parameters: X_s = gcr + C F_s and the stick stiffness give gcr and C for this chi.
+    pub fn fit(&self, joint: &Fit) -> SprungFit {
+        let found = joint.joint;
+        let x = found.displacement / self.length;
+        let force = found.force / self.force;
+        let part = (1.0 - 1.0 / found.chi()) / (1.0 - 1.0 / self.chi);
+        let start = |part: f64| {
+            let gcr = part.clamp(0.05, 0.999) * x;
+            DVector::from_column_slice(&[
+                force,
+                gcr.ln(),
+                (x - gcr) / force,
+                found.residual * self.length / self.force,
+                joint.offset / self.force,
+            ])
+        };
+        let best = [part, 0.3, 0.7]
+            .map(|part| minimise(self, start(part)))
+            .into_iter()
+            .reduce(|a, b| if b.sum < a.sum { b } else { a })
+            .expect("three starts");
+        SprungFit {
+            chi: self.chi,
+            force: best.parameters[0] * self.force,
+            gcr: best.parameters[1].exp() * self.length,
+            compliance: best.parameters[2] * self.length / self.force,
+            residual: best.parameters[3] * self.force / self.length,
+            rms: (best.sum / self.points.len() as f64).sqrt() * self.force,
+        }
+    }
+
+    /// H(u) and its derivatives by F, ln gcr and C.
+    fn first_loading(&self, u: f64, force: f64, gcr: f64, compliance: f64) -> [f64; 4] {
+        let shape = |g: f64| {
+            if g < gcr {
+                let values = self.backbone.at(g / gcr);
+                (values.f, values.slope / gcr)
+            } else {
+                (1.0, 0.0)
+            }
+        };
+        // The left side grows and is concave in g: Newton from g = 0 comes up from below and never passes the root.
+        let mut g = 0.0;
+        for _ in 0..100 {
+            let (f, slope) = shape(g);
+            let step = (u - g - compliance * force * f) / (1.0 + compliance * force * slope);
+            g += step;
+            if step.abs() <= 1e-15 * u.abs() {
+                break;
+            }
+        }
+        let (f, slope) = shape(g);
+        let yielding = 1.0 + compliance * force * slope;
+        let by_force = f - force * slope * compliance * f / yielding;
+        // d f / d ln gcr at fixed g is -slope g.
+        let by_log_gcr = -force * slope * g / yielding;
+        let by_compliance = -force * slope * force * f / yielding;
+        [force * f, by_force, by_log_gcr, by_compliance]
+    }
+}
+
+impl Problem for Sprung {
+    fn residual(&self, unknowns: &DVector<f64>, index: usize, gradient: &mut [f64]) -> f64 {
+        let p = &self.points[index];
+        let (force, gcr, compliance) = (unknowns[0], unknowns[1].exp(), unknowns[2]);
+        let here = self.first_loading(p.distance, force, gcr, compliance);
+        let end = self.first_loading(p.amplitude, force, gcr, compliance);
+        for k in 0..3 {
+            gradient[k] = p.sign * (2.0 * here[k + 1] - end[k + 1]);
+        }
+        gradient[3] = p.displacement;
+        gradient[4] = 1.0;
+        p.sign * (2.0 * here[0] - end[0]) + unknowns[3] * p.displacement + unknowns[4] - p.force
+    }
+
+    fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        vec![
+            [1e-9, f64::INFINITY],
+            [1e-6f64.ln(), 20f64.ln()],
+            [0.0, f64::INFINITY],
+            free,
+            free,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_those_of_the_force() {
+        let sprung = Sprung {
+            backbone: PowerLaw::new(2.5),
+            chi: 2.5,
+            points: Vec::new(),
+            length: 1.0,
+            force: 1.0,
+        };
+        let at = [0.9, 0.2f64.ln(), 0.15];
+        for u in [0.05, 0.2, 0.33, 0.6] {
+            let value = |p: [f64; 3]| sprung.first_loading(u, p[0], p[1].exp(), p[2]);
+            let here = value(at);
+            for k in 0..3 {
+                let h = 1e-6;
+                let (mut above, mut below) = (at, at);
+                above[k] += h;
+                below[k] -= h;
+                let rise = (value(above)[0] - value(below)[0]) / (2.0 * h);
+                assert!(
+                    (rise - here[k + 1]).abs() < 1e-7,
+                    "{u} {k}: {rise} {}",
+                    here[k + 1]
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! CalculiX: the contact as a thin layer of C3D8 elements, normal along z, by its UMAT interface.
+
+use super::{Deck, Host};
+use anyhow::Result;
+
+/// PROPS 13: a layer, components in Abaqus' order.
+const LAYOUT: f64 = 2.0;
+/// PROPS 16: the host makes the matrix symmetric, with which only the sticking one converges.
+const STICKING: f64 = 1.0;
+
+/// The material.
+pub fn material(deck: &Deck) -> Result<String> {
+    let mut props = deck.complete.clone();
+    props.extend([LAYOUT, 1.0, deck.layer()?, STICKING]);
+    Ok(format!(
+        "** Friction with memory as a thin layer, normal along z, without NLGEOM. {}\n\
+         ** The host loads libMEPC.so (a link to libmepc.so), if it was built with external behaviours.\n\
+         *MATERIAL, NAME=@ABAQUS_MEPC\n\
+         *USER MATERIAL, CONSTANTS={}\n {}\n\
+         *DEPVAR\n {}\n",
+        Host::Calculix.checked(),
+        props.len(),
+        Deck::lines(&props, 8),
+        deck.nstate
+    ))
+}

@@ -1,0 +1,481 @@
+//! `mepc identify`: a measured loop to the four parameters of the improved Iwan model.
+
+use crate::numbers::{exact, short};
+use crate::table::Table;
+use crate::{Outcome, print, write};
+use anyhow::{Context, Result, anyhow};
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use mepc::iwan::{Direction, Fit, Iwan, NAMES, Record};
+use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Identify the four parameters of the improved Iwan model from a measured hysteresis loop.
+///
+/// The file holds one or more cycles of one amplitude in the order of time, about any centre, with noise. Reversals are found
+/// in the data; first loading and smaller loops are left out.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  mepc identify loop.csv
+  mepc identify test.csv --displacement 'u (um)' --displacement-unit um --force 'F (kN)' --force-unit kN
+  mepc identify loop.csv --json --bootstrap 500 | jq .kappa
+  mepc identify loop.csv --picture loop.svg
+
+The model: T = F_s [1 - (1 - x/X_s)^chi] + k_alpha x at first loading, chi = 5/2 + kappa; Masing's branches after that.
+Exit code 3: the data do not show gross slip, so the parameters are an extrapolation.")]
+pub struct Arguments {
+    /// Displacement and force, CSV with a header (- for standard input).
+    #[arg(value_name = "LOOP.csv")]
+    file: PathBuf,
+    #[command(flatten)]
+    columns: Columns,
+    /// Least squares over both branches, or the paper's own procedure (Eq. (24)).
+    #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
+    method: Method,
+    /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(20..=100_000))]
+    bootstrap: Option<u32>,
+    /// Seed of the resampling.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// One JSON object on standard output instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Draw data, fit and residuals into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+}
+
+/// How the parameters are found.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Method {
+    LeastSquares,
+    Paper,
+}
+
+/// Which columns hold the loop, and in what unit.
+#[derive(clap::Args)]
+pub struct Columns {
+    /// Name of the displacement column.
+    #[arg(long, value_name = "NAME", default_value = "displacement")]
+    displacement: String,
+    /// Name of the force column.
+    #[arg(long, value_name = "NAME", default_value = "force")]
+    force: String,
+    /// Unit of the displacement; results are in mm.
+    #[arg(long, value_enum, default_value_t = Length::Mm)]
+    displacement_unit: Length,
+    /// Unit of the force; results are in N.
+    #[arg(long, value_enum, default_value_t = Force::N)]
+    force_unit: Force,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Length {
+    Nm,
+    Um,
+    Mm,
+    M,
+    In,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Force {
+    #[value(name = "N")]
+    N,
+    #[value(name = "kN")]
+    KiloN,
+    #[value(name = "MN")]
+    MegaN,
+    #[value(name = "lbf")]
+    Lbf,
+}
+
+impl Columns {
+    /// The record of a file, in mm and N.
+    ///
+    /// # Errors
+    /// What the table or the record is refused for.
+    pub fn read(&self, file: &std::path::Path) -> Result<Record> {
+        let length = match self.displacement_unit {
+            Length::Nm => 1e-6,
+            Length::Um => 1e-3,
+            Length::Mm => 1.0,
+            Length::M => 1e3,
+            Length::In => 25.4,
+        };
+        let force = match self.force_unit {
+            Force::N => 1.0,
+            Force::KiloN => 1e3,
+            Force::MegaN => 1e6,
+            Force::Lbf => 4.448_221_615_260_5,
+        };
+        let table = Table::read(file)?;
+        let column = |name: &str, factor: f64| -> Result<Vec<f64>> {
+            let values = table.column(name)?;
+            Ok(values.into_iter().map(|value| value * factor).collect())
+        };
+        let displacement = column(&self.displacement, length)?;
+        let force = column(&self.force, force)?;
+        Record::new(&displacement, &force).map_err(|error| {
+            let (columns, rows) = (
+                format!("{}, {}", self.displacement, self.force),
+                table.rows(),
+            );
+            anyhow!(
+                "{}: columns {columns}, {rows} rows: {}",
+                table.header_place(),
+                error.message
+            )
+        })
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or a file that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let file = arguments.file.display().to_string();
+    let record = arguments.columns.read(&arguments.file)?;
+    let named = |error: mepc::Error| anyhow!("{file}: {}", error.message);
+    let least_squares = record.least_squares();
+    let paper = record.paper();
+    let mut fit = match arguments.method {
+        Method::LeastSquares => least_squares.clone().map_err(named)?,
+        Method::Paper => {
+            let mut fit = paper.clone().map_err(named)?;
+            // Whether gross slip was reached is for the better method to say.
+            if let Ok(best) = &least_squares {
+                fit.warnings
+                    .extend(best.warnings.iter().filter(|w| w.is_severe()).cloned());
+            }
+            fit
+        }
+    };
+    if let Some(count) = arguments.bootstrap {
+        resample(&record, &mut fit, arguments.method, count, arguments.seed)?;
+    }
+    let report = Report {
+        file: &file,
+        record: &record,
+        fit: &fit,
+        method: arguments.method,
+        paper: paper
+            .as_ref()
+            .ok()
+            .filter(|_| arguments.method == Method::LeastSquares),
+        bootstrap: arguments.bootstrap,
+    };
+    if let Some(path) = &arguments.picture {
+        write(Some(path), &report.picture()?)?;
+    }
+    for warning in &fit.warnings {
+        eprintln!("mepc: {file}: warning: {warning}");
+    }
+    if arguments.json {
+        print(&format!("{:#}\n", report.json()))?;
+    } else {
+        print(&report.table())?;
+    }
+    Ok(if fit.is_reliable() {
+        Outcome::Done
+    } else {
+        Outcome::Flagged
+    })
+}
+
+/// Replaces standard errors and intervals by those of refitted loops: the fit plus residuals drawn in blocks, so that what is
+/// alike in neighbours stays so.
+fn resample(record: &Record, fit: &mut Fit, method: Method, count: u32, seed: u64) -> Result<()> {
+    let points = fit.residuals.len();
+    // The exponent 1/3 balances what is lost inside the blocks against how many there are.
+    let block = (points as f64).cbrt().ceil() as usize;
+    // Residuals of a fit with five unknowns are a little smaller than the noise.
+    let grown = (points as f64 / (points as f64 - 5.0)).sqrt();
+    let indices: Vec<usize> = record
+        .branches
+        .iter()
+        .flat_map(|b| b.points.clone())
+        .collect();
+    let smooth: Vec<f64> = indices
+        .iter()
+        .zip(&fit.residuals)
+        .map(|(&index, residual)| record.force[index] - residual)
+        .collect();
+    let mut random = fastrand::Rng::with_seed(seed);
+    let bar = ProgressBar::new(u64::from(count));
+    bar.set_style(ProgressStyle::with_template(
+        "resampling {bar:40} {pos}/{len} {eta}",
+    )?);
+    let mut drawn: [Vec<f64>; 4] = Default::default();
+    let mut failed = 0;
+    for _ in 0..count {
+        let mut force = record.force.clone();
+        let mut at = 0;
+        while at < points {
+            let from = random.usize(..points);
+            for k in 0..block.min(points - at) {
+                let residual = fit.residuals[(from + k) % points];
+                force[indices[at + k]] = smooth[at + k] + grown * residual;
+            }
+            at += block;
+        }
+        let sample = record.with_force(force);
+        let refit = match method {
+            Method::LeastSquares => sample.least_squares_from(fit),
+            Method::Paper => sample.paper(),
+        };
+        match refit {
+            Ok(refit) => {
+                for (values, value) in drawn.iter_mut().zip(refit.joint.parameters()) {
+                    values.push(value);
+                }
+            }
+            Err(_) => failed += 1,
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    if 10 * failed > count {
+        return Err(anyhow!(
+            "--bootstrap: {failed} of {count} resampled loops could not be identified: the data do not determine the parameters"
+        ));
+    }
+    for (k, values) in drawn.iter_mut().enumerate() {
+        values.sort_by(f64::total_cmp);
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        fit.standard_errors[k] = (square / (n - 1.0)).sqrt();
+        let quantile = |q: f64| values[((q * (n - 1.0)).round()) as usize];
+        fit.intervals[k] = [quantile(0.025), quantile(0.975)];
+    }
+    Ok(())
+}
+
+/// Everything that is told about a fit.
+struct Report<'a> {
+    file: &'a str,
+    record: &'a Record,
+    fit: &'a Fit,
+    method: Method,
+    paper: Option<&'a Fit>,
+    bootstrap: Option<u32>,
+}
+
+const UNITS: [&str; 4] = ["N", "mm", "N/mm", ""];
+
+impl Report<'_> {
+    fn joint(&self) -> &Iwan {
+        &self.fit.joint
+    }
+
+    /// Damping from the measured area and the fitted peak.
+    fn measured_damping(&self) -> f64 {
+        let a = self.record.amplitude;
+        self.record.loop_area() / (std::f64::consts::TAU * a * self.joint().peak_force(a))
+    }
+
+    fn method_name(&self) -> &'static str {
+        match self.method {
+            Method::LeastSquares => "least squares",
+            Method::Paper => "paper",
+        }
+    }
+
+    fn table(&self) -> String {
+        let (record, fit, joint) = (self.record, self.fit, self.joint());
+        let a = record.amplitude;
+        let mut text = format!(
+            "{}: {} points on {} branches, amplitude {} mm about {} mm, mean force {} N\n\n",
+            self.file,
+            record.points(),
+            record.branches.len(),
+            short(a),
+            short(record.centre),
+            short(fit.offset),
+        );
+        let errors = match self.bootstrap {
+            Some(count) => format!("{count} resampled loops"),
+            None => "linearised".to_string(),
+        };
+        let _ = writeln!(
+            text,
+            "{:12}{:>14}{:>14}   95 % interval ({errors})",
+            self.method_name(),
+            "value",
+            "std. error"
+        );
+        for k in 0..4 {
+            let [low, high] = fit.intervals[k];
+            let _ = writeln!(
+                text,
+                "{:12}{:>14}{:>14}   {} .. {}",
+                format!("{} {}", NAMES[k], bracket(UNITS[k])).trim_end(),
+                short(joint.parameters()[k]),
+                format!("{:.2e}", fit.standard_errors[k]),
+                short(low),
+                short(high),
+            );
+        }
+        text += "\n";
+        let mut line = |name: &str, value: String| {
+            let _ = writeln!(text, "{name:38}{value}");
+        };
+        line("chi = 5/2 + kappa", short(joint.chi()));
+        line("stick stiffness (N/mm)", short(joint.stick_stiffness()));
+        line(
+            "force at the amplitude T_max (N)",
+            short(joint.peak_force(a)),
+        );
+        line(
+            "loop area measured / fitted (N.mm)",
+            format!(
+                "{} / {}",
+                short(record.loop_area()),
+                short(joint.dissipation(a))
+            ),
+        );
+        line(
+            "equivalent damping measured / fitted",
+            format!(
+                "{} / {}",
+                short(self.measured_damping()),
+                short(joint.damping_ratio(a))
+            ),
+        );
+        line(
+            "residual, rms (N)",
+            format!(
+                "{} = {:.2} % of T_max",
+                short(fit.rms),
+                100.0 * fit.rms / joint.peak_force(a)
+            ),
+        );
+        if let Some(paper) = self.paper {
+            let values = paper.joint.parameters().map(short).join(", ");
+            line("by the paper's procedure", values);
+        }
+        text
+    }
+
+    fn json(&self) -> Value {
+        let (record, fit, joint) = (self.record, self.fit, self.joint());
+        let a = record.amplitude;
+        let by_name = |values: [Value; 4]| -> Value {
+            NAMES
+                .iter()
+                .map(ToString::to_string)
+                .zip(values)
+                .collect::<serde_json::Map<_, _>>()
+                .into()
+        };
+        let numbers = |values: [f64; 4]| by_name(values.map(|v| json!(v)));
+        let largest = fit.residuals.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+        json!({
+            "F_s": joint.force,
+            "X_s": joint.displacement,
+            "k_alpha": joint.residual,
+            "kappa": joint.kappa,
+            "chi": joint.chi(),
+            "units": { "length": "mm", "force": "N" },
+            "method": self.method_name(),
+            "reliable": fit.is_reliable(),
+            "warnings": fit.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "standard_errors": numbers(fit.standard_errors),
+            "interval_95": by_name(fit.intervals.map(|i| json!(i))),
+            "bootstrap": self.bootstrap,
+            "amplitude": a,
+            "centre": record.centre,
+            "mean_force": fit.offset,
+            "points": record.points(),
+            "branches": record.branches.len(),
+            "T_max": joint.peak_force(a),
+            "stick_stiffness": joint.stick_stiffness(),
+            "loop_area_measured": record.loop_area(),
+            "loop_area_fitted": joint.dissipation(a),
+            "damping_measured": self.measured_damping(),
+            "damping_fitted": joint.damping_ratio(a),
+            "residual_rms": fit.rms,
+            "residual_max": largest,
+            "paper": self.paper.map(|paper| numbers(paper.joint.parameters())),
+        })
+    }
+
+    fn picture(&self) -> Result<String> {
+        let (record, fit) = (self.record, self.fit);
+        let a = record.amplitude;
+        let fitted = |direction: Direction| {
+            let path = (0..=400).map(|k| a * (f64::from(k) / 200.0 - 1.0));
+            path.map(move |x| {
+                let force = fit.joint.steady(a, x, direction) + fit.offset;
+                [x + record.centre, force]
+            })
+        };
+        let mut closed: Vec<[f64; 2]> = fitted(Direction::Loading).collect();
+        let back: Vec<[f64; 2]> = fitted(Direction::Unloading).collect();
+        closed.extend(back.into_iter().rev());
+        let mut data = Vec::new();
+        let mut residuals = [Vec::new(), Vec::new()];
+        let mut rest = fit.residuals.iter();
+        for branch in &record.branches {
+            let side = usize::from(branch.direction == Direction::Unloading);
+            for (&index, &residual) in branch.points.iter().zip(&mut rest) {
+                data.push([record.displacement[index], record.force[index]]);
+                residuals[side].push([record.displacement[index], residual]);
+            }
+        }
+        let curve = |label: &str, points, stroke, colour| Curve {
+            label: label.to_string(),
+            points,
+            stroke,
+            colour,
+        };
+        let [loading, unloading] = residuals;
+        let figure = |title: String, y_label: &str, curves| Figure {
+            title,
+            x_label: "displacement (mm)".to_string(),
+            y_label: y_label.to_string(),
+            curves,
+            equal_axes: false,
+        };
+        let values = fit.joint.parameters().map(short).join(", ");
+        mepc_plot::stacked(&[
+            figure(
+                format!("F_s, X_s, k_alpha, kappa: {values}"),
+                "force (N)",
+                vec![
+                    curve("data", data, Stroke::Solid, GREY),
+                    curve(self.method_name(), closed, Stroke::Dashed, ORANGE),
+                ],
+            ),
+            figure(
+                "Residual, data less fit".to_string(),
+                "force (N)",
+                vec![
+                    curve("loading", loading, Stroke::Solid, BLUE),
+                    curve("unloading", unloading, Stroke::Solid, GREEN),
+                ],
+            ),
+        ])
+        .context("picture")
+    }
+}
+
+fn bracket(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!("({unit})")
+    }
+}
+
+/// The loop as CSV lines, for other commands.
+pub fn csv_line(values: &[f64]) -> String {
+    let fields: Vec<String> = values.iter().map(|&value| exact(value)).collect();
+    fields.join(",") + "\n"
+}

@@ -1,0 +1,346 @@
+//! `mepc loop`: from parameters to loops, energy per cycle and damping.
+
+use crate::identify::csv_line;
+use crate::numbers::{self, exact, short};
+use crate::replay::{Motion, Patch, Points, Springs};
+use crate::{Outcome, print, props, write};
+use anyhow::{Result, anyhow, bail};
+use mepc::backbone::{Backbone, Choice};
+use mepc::iwan::{Direction, Iwan};
+use mepc::{Law, Vector, default_state_size};
+use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// From parameters to steady loops, energy per cycle and damping against amplitude.
+///
+/// The loops go to --output (CSV: amplitude,displacement,force; first loading is left out), the energies to standard output, or
+/// the other way round: without --output the loops go to standard output and the energies to standard error.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  mepc loop --iwan 266.78,0.0041,3280.7,-0.842 --amplitude 0.005,0.01,0.02 --output loops.csv --picture loops.svg
+  mepc loop --props 0.3,0.00268,2.5 --preload 900 --series 178e3 --parallel 3.3e3 --amplitude 0.02
+  mepc loop --props 0.3,0.002 --preload 900 --amplitude 0.001 --noise 0.01 --seed 7")]
+#[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
+pub struct Arguments {
+    /// The joint as a whole.
+    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', allow_hyphen_values = true,
+        value_parser = numbers::argument)]
+    iwan: Option<Vec<f64>>,
+    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', allow_hyphen_values = true,
+        value_parser = props::entry, help = props::HELP, requires = "preload")]
+    props: Option<Vec<f64>>,
+    /// Normal force on the contact (with --props).
+    #[arg(long, value_name = "P", value_parser = numbers::positive, conflicts_with = "iwan")]
+    preload: Option<f64>,
+    /// Stiffness in series with the contact (with --props; default: rigid).
+    #[arg(long, value_name = "K_e", value_parser = numbers::positive, conflicts_with = "iwan")]
+    series: Option<f64>,
+    /// Stiffness beside the contact (with --props; default: none).
+    #[arg(long, value_name = "K_p", value_parser = numbers::positive, conflicts_with = "iwan")]
+    parallel: Option<f64>,
+    /// Displacement amplitudes.
+    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', value_parser = numbers::positive)]
+    amplitude: Vec<f64>,
+    /// Points per branch.
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(3..=1_000_000))]
+    points: u32,
+    /// Cycles of each amplitude.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: u32,
+    /// Normal noise on the force, standard deviation as a part of the peak force.
+    #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = numbers::argument)]
+    noise: f64,
+    /// Seed of the noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the loops there.
+    #[arg(long, value_name = "FILE.csv")]
+    output: Option<PathBuf>,
+    /// Draw the loops into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+    /// Draw energy and damping against amplitude into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    energy_picture: Option<PathBuf>,
+}
+
+/// A steady loop: the points of loading, then of unloading, and the two energies.
+struct Cycle {
+    amplitude: f64,
+    points: Vec<[f64; 2]>,
+    /// Counted along the loop: by the law, or by the area of the points.
+    energy: f64,
+    closed_form: f64,
+}
+
+impl Cycle {
+    fn peak(&self) -> f64 {
+        self.points
+            .iter()
+            .fold(0.0, |most: f64, p| most.max(p[1].abs()))
+    }
+
+    fn damping(&self) -> f64 {
+        self.closed_form / (TAU * self.amplitude * self.peak())
+    }
+}
+
+/// What makes loops.
+enum Model {
+    Joint(Iwan),
+    Contact {
+        law: Box<Law<1>>,
+        points: Points,
+        springs: Springs,
+        preload: f64,
+    },
+}
+
+impl Model {
+    fn new(arguments: &Arguments) -> Result<Self> {
+        if let Some(parameters) = &arguments.iwan {
+            let [force, displacement, residual, kappa] = parameters[..] else {
+                bail!(
+                    "--iwan: {} numbers, F_s,X_s,k_alpha,kappa are four",
+                    parameters.len()
+                );
+            };
+            let joint = Iwan::new([force, displacement, residual, kappa]);
+            return Ok(Model::Joint(
+                joint.map_err(|error| anyhow!("--iwan: {error}"))?,
+            ));
+        }
+        let (Some(props), Some(preload)) = (&arguments.props, arguments.preload) else {
+            bail!("--props needs --preload");
+        };
+        let named = |error: mepc::Error| anyhow!("--props: {error}");
+        let law =
+            Law::<1>::new(props, default_state_size(props, 1).map_err(named)?).map_err(named)?;
+        law.critical_slip(0.0).map_err(named)?;
+        Ok(Model::Contact {
+            law: Box::new(law),
+            // The critical slip is the same everywhere: one point stands for any distribution of the preload.
+            points: Points {
+                x: vec![0.0],
+                y: vec![0.0],
+                area: vec![1.0],
+                pressure: vec![preload],
+                places: vec!["the contact".to_string()],
+            },
+            springs: Springs {
+                series: arguments.series,
+                parallel: arguments.parallel.unwrap_or(0.0),
+            },
+            preload,
+        })
+    }
+
+    fn cycle(&self, amplitude: f64, points: usize) -> Result<Cycle> {
+        // Sinusoidal in time, as a test machine drives.
+        let path = (0..points).map(|k| -amplitude * (PI * k as f64 / (points - 1) as f64).cos());
+        let mut path: Vec<f64> = path.collect();
+        path[points - 1] = amplitude;
+        let back: Vec<f64> = path.iter().map(|x| -x).collect();
+        match self {
+            Model::Joint(joint) => {
+                let branch = |path: &[f64], direction| -> Vec<[f64; 2]> {
+                    path.iter()
+                        .map(|&x| [x, joint.steady(amplitude, x, direction)])
+                        .collect()
+                };
+                let mut points = branch(&path, Direction::Loading);
+                points.extend(branch(&back, Direction::Unloading));
+                Ok(Cycle {
+                    amplitude,
+                    energy: area(&points),
+                    closed_form: joint.dissipation(amplitude),
+                    points,
+                })
+            }
+            Model::Contact {
+                law,
+                points,
+                springs,
+                preload,
+            } => {
+                let mut patch = Patch::new(law, points, *springs)?;
+                let mut go = |x: f64| -> Result<([f64; 2], f64, f64)> {
+                    patch.advance(&Motion {
+                        displacement: Vector::<1>::new(x),
+                        rotation: 0.0,
+                        pressure_scale: 1.0,
+                    })?;
+                    Ok(([x, patch.total_force()[0]], patch.dissipated, patch.slip[0]))
+                };
+                // First loading, and the branch down to the start of the loop.
+                go(amplitude)?;
+                let (_, before, _) = go(-amplitude)?;
+                let mut loop_points = Vec::new();
+                let (mut after, mut largest_slip) = (before, 0.0);
+                for &x in path.iter().chain(&back) {
+                    let (point, dissipated, slip) = go(x)?;
+                    loop_points.push(point);
+                    after = dissipated;
+                    largest_slip = f64::max(largest_slip, slip);
+                }
+                let gcr = law
+                    .critical_slip(0.0)
+                    .map_err(|error| anyhow!("--props: {error}"))?;
+                let properties = law.properties();
+                let unit = properties.mu * preload * gcr;
+                Ok(Cycle {
+                    amplitude,
+                    points: loop_points,
+                    energy: after - before,
+                    closed_form: 4.0 * unit * loss(&properties.backbone(), largest_slip / gcr),
+                })
+            }
+        }
+    }
+}
+
+/// A quarter of the energy of a cycle of amplitude a, normalised.
+fn loss(backbone: &Choice, a: f64) -> f64 {
+    let of = |curve: &dyn Backbone| {
+        if a <= 1.0 {
+            curve.at(a).loss
+        } else {
+            a - 2.0 * (1.0 - curve.at(1.0).integral)
+        }
+    };
+    match backbone {
+        Choice::PowerLaw(curve) => of(curve),
+        Choice::Segalman(curve) => of(curve),
+    }
+}
+
+/// Area of a closed polygon.
+fn area(points: &[[f64; 2]]) -> f64 {
+    let next = points.iter().cycle().skip(1);
+    points
+        .iter()
+        .zip(next)
+        .map(|(a, b)| 0.5 * (a[1] + b[1]) * (b[0] - a[0]))
+        .sum()
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad parameters, or files that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    if !(0.0..=10.0).contains(&arguments.noise) {
+        bail!("--noise: {} is not from 0 to 10", arguments.noise);
+    }
+    let model = Model::new(arguments)?;
+    let cycles: Vec<Cycle> = arguments
+        .amplitude
+        .iter()
+        .map(|&amplitude| model.cycle(amplitude, arguments.points as usize))
+        .collect::<Result<_>>()?;
+
+    let mut random = fastrand::Rng::with_seed(arguments.seed);
+    let mut text = String::from("amplitude,displacement,force\n");
+    for cycle in &cycles {
+        let deviation = arguments.noise * cycle.peak();
+        for _ in 0..arguments.cycles {
+            for &[x, force] in &cycle.points {
+                let noise = if deviation > 0.0 {
+                    // Box and Muller: two even numbers to a normal one.
+                    let (u, v) = (1.0 - random.f64(), random.f64());
+                    deviation * (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+                } else {
+                    0.0
+                };
+                text += &csv_line(&[cycle.amplitude, x, force + noise]);
+            }
+        }
+    }
+    write(arguments.output.as_deref(), &text)?;
+
+    let energies = energies(&cycles);
+    if arguments.output.is_some() {
+        print(&energies)?;
+    } else {
+        eprint!("{energies}");
+    }
+    if let Some(file) = &arguments.picture {
+        write(Some(file), &loops_figure(&cycles).svg()?)?;
+    }
+    if let Some(file) = &arguments.energy_picture {
+        write(Some(file), &energy_picture(&cycles)?)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// The table of energies: CSV, so that it can be used again.
+fn energies(cycles: &[Cycle]) -> String {
+    let mut text = String::from("amplitude,peak_force,energy,energy_closed_form,damping\n");
+    for cycle in cycles {
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{}",
+            exact(cycle.amplitude),
+            short(cycle.peak()),
+            short(cycle.energy),
+            short(cycle.closed_form),
+            short(cycle.damping())
+        );
+    }
+    text
+}
+
+fn figure(title: &str, x_label: &str, y_label: &str, curves: Vec<Curve>) -> Figure {
+    Figure {
+        title: title.to_string(),
+        x_label: x_label.to_string(),
+        y_label: y_label.to_string(),
+        curves,
+        equal_axes: false,
+    }
+}
+
+fn loops_figure(cycles: &[Cycle]) -> Figure {
+    let curves = cycles.iter().enumerate().map(|(k, cycle)| {
+        let mut points = cycle.points.clone();
+        points.extend(cycle.points.first());
+        Curve {
+            label: format!("A = {}", short(cycle.amplitude)),
+            points,
+            stroke: Stroke::Solid,
+            colour: [BLUE, ORANGE, GREEN, GREY][k % 4],
+        }
+    });
+    figure("Steady loops", "displacement", "force", curves.collect())
+}
+
+fn energy_picture(cycles: &[Cycle]) -> Result<String> {
+    let mut sorted: Vec<&Cycle> = cycles.iter().collect();
+    sorted.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
+    let curve = |label: &str, stroke, colour, value: &dyn Fn(&Cycle) -> f64| Curve {
+        label: label.to_string(),
+        points: sorted.iter().map(|c| [c.amplitude, value(c)]).collect(),
+        stroke,
+        colour,
+    };
+    mepc_plot::stacked(&[
+        figure(
+            "Energy per cycle",
+            "amplitude",
+            "energy",
+            vec![
+                curve("closed form", Stroke::Solid, BLUE, &|c| c.closed_form),
+                curve("along the loop", Stroke::Marks, ORANGE, &|c| c.energy),
+            ],
+        ),
+        figure(
+            "Equivalent damping ratio",
+            "amplitude",
+            "D / (2 pi A T_max)",
+            vec![curve("", Stroke::Solid, BLUE, &|c| c.damping())],
+        ),
+    ])
+}

@@ -1,0 +1,127 @@
+//! `mepc`: from a measured hysteresis loop of a joint to a contact law and an FE deck.
+
+mod calibrate;
+mod deck;
+mod identify;
+mod loops;
+mod numbers;
+mod props;
+mod replay;
+mod table;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// From a measured hysteresis loop of a joint to a contact law and an FE deck.
+///
+/// Any consistent set of units; what a table calls mm and N may be m and kN throughout.
+#[derive(Parser)]
+#[command(name = "mepc", version, max_term_width = 100, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples, each going on from the one before:
+  mepc loop --iwan 266.78,0.0041,3280.7,-0.842 --amplitude 0.02 --noise 0.01 --output loop.csv
+                                  a loop to try things on: 1 % noise
+  mepc identify loop.csv --picture loop.svg
+                                  F_s, X_s, k_alpha, kappa with 95 % intervals
+  mepc calibrate loop.csv --preload 900 --area 361.52
+                                  mu, gcr, chi of the contact law, and the series stiffness
+  mepc deck abaqus --props 0.3,0.0027,2.5
+                                  what to paste into the deck
+
+Exit codes: 0 done; 1 bad input; 2 wrong command line; 3 done, but the data do not determine the
+parameters (no gross slip): read the warnings.";
+
+#[derive(Subcommand)]
+enum Command {
+    Identify(identify::Arguments),
+    Calibrate(calibrate::Arguments),
+    Loop(loops::Arguments),
+    Deck(deck::Arguments),
+    Replay(replay::Arguments),
+    /// Print a completion script for a shell.
+    ///
+    /// Example: mepc completions bash > ~/.local/share/bash-completion/completions/mepc
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages (section 1) into a directory.
+    Man {
+        /// Where to; it must exist.
+        directory: PathBuf,
+    },
+}
+
+/// How a command ended, if not with an error.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    /// There is a result, and a warning that it must not be used as it is.
+    Flagged,
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Loop(arguments) => loops::run(&arguments),
+        Command::Deck(arguments) => deck::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "mepc", &mut text);
+            print(&String::from_utf8_lossy(&text))
+        }
+        Command::Man { directory } => clap_mangen::generate_to(Arguments::command(), &directory)
+            .map_err(|error| anyhow::anyhow!("{}: {error}", directory.display()))
+            .map(|()| Outcome::Done),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Flagged) => ExitCode::from(3),
+        Err(error) => {
+            eprintln!("mepc: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Writes to standard output. A reader who has seen enough (`| head`) is no error.
+fn print(text: &str) -> anyhow::Result<Outcome> {
+    let mut output = io::stdout().lock();
+    match output
+        .write_all(text.as_bytes())
+        .and_then(|()| output.flush())
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(anyhow::anyhow!("standard output: {error}"))
+        }
+        _ => Ok(Outcome::Done),
+    }
+}
+
+/// Writes a file, or standard output without a name.
+fn write(file: Option<&std::path::Path>, text: &str) -> anyhow::Result<()> {
+    match file {
+        Some(file) => std::fs::write(file, text)
+            .map_err(|error| anyhow::anyhow!("{}: {error}", file.display())),
+        None => print(text).map(drop),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,122 @@
+//! Numbers as text, read and written.
+
+/// A number in C or Fortran notation (`1.5e-3`, `1.5D-3`), finite.
+///
+/// # Errors
+/// What is wrong, to be put after the text.
+pub fn read(text: &str) -> Result<f64, &'static str> {
+    if text.is_empty() {
+        return Err("is empty");
+    }
+    let bare = text.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    if ["nan", "inf", "infinity"].contains(&bare.as_str()) {
+        return Err("is not finite");
+    }
+    if !text.bytes().all(|b| b"0123456789+-.eEdD".contains(&b)) {
+        return Err("is not a number");
+    }
+    let value: f64 = text
+        .replace(['d', 'D'], "e")
+        .parse()
+        .map_err(|_| "is not a number")?;
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err("is too large")
+    }
+}
+
+/// For a command line: a number, or words that name it.
+///
+/// # Errors
+/// As [`read`].
+pub fn argument(text: &str) -> Result<f64, String> {
+    read(text.trim()).map_err(|words| format!("'{text}' {words}"))
+}
+
+/// For a command line: a number > 0.
+///
+/// # Errors
+/// As [`read`], and zero or less.
+pub fn positive(text: &str) -> Result<f64, String> {
+    let value = argument(text)?;
+    if value > 0.0 {
+        Ok(value)
+    } else {
+        Err(format!("{text} is not positive"))
+    }
+}
+
+/// 17 significant digits as C's `%.17g` gives them: enough to get the number back.
+pub fn exact(value: f64) -> String {
+    digits(value, 17)
+}
+
+/// Six significant digits.
+pub fn short(value: f64) -> String {
+    digits(value, 6)
+}
+
+fn digits(value: f64, count: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 && value.is_sign_negative() {
+            "-0".to_string()
+        } else {
+            value.to_string()
+        };
+    }
+    let scientific = format!("{value:.*e}", (count - 1) as usize);
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trim = |text: &str| {
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_string()
+        } else {
+            text.to_string()
+        }
+    };
+    if (-4..count).contains(&exponent) {
+        trim(&format!("{value:.*}", (count - 1 - exponent) as usize))
+    } else {
+        let sign = if exponent < 0 { '-' } else { '+' };
+        format!("{}e{sign}{:02}", trim(mantissa), exponent.abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_c_and_fortran() {
+        for (text, value) in [
+            ("1.5e-3", 1.5e-3),
+            ("-2D2", -200.0),
+            (".5", 0.5),
+            ("+1.", 1.0),
+        ] {
+            assert_eq!(read(text), Ok(value));
+        }
+        for text in [
+            "", "nan", "-Inf", "0x10", "1e", "--1", "1 2", "1e999", ".", "1,5",
+        ] {
+            assert!(read(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn writes_as_c_does() {
+        for (value, text) in [
+            (0.1, "0.10000000000000001"),
+            (-0.5, "-0.5"),
+            (1e-5, "1.0000000000000001e-05"),
+            (1e20, "1e+20"),
+            (123456.0, "123456"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(exact(value), text);
+        }
+        assert_eq!(short(0.004_100_000_1), "0.0041");
+        assert_eq!(short(1e6), "1e+06");
+    }
+}

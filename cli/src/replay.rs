@@ -1,0 +1,127 @@
+//! `mepc replay`: the histories of the C driver, same files, same outputs, without a compiler.
+
+mod patch;
+mod point;
+
+use crate::numbers;
+use crate::{Outcome, write};
+use anyhow::{Result, anyhow};
+use clap::Subcommand;
+use mepc::{Law, default_state_size};
+use std::path::PathBuf;
+
+/// Replay a load history through the contact law.
+///
+/// Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure. Pressure is
+/// positive in compression; zero or less is an open contact. Columns are found by name, lines starting with # are skipped.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  mepc replay point cases/nested_reversals.csv --props 0.3,0.002,2.5
+  mepc replay patch cases/lap_patch_902.csv cases/lap_history.csv --props 0.42,0.00268,2.5 \\
+      --series 178e3 --parallel 3.3e3 --output lap.csv
+
+status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. dissipated_energy counts from the start.")]
+pub struct Arguments {
+    #[command(subcommand)]
+    mode: Mode,
+}
+
+#[derive(Subcommand)]
+enum Mode {
+    /// One contact point under prescribed slip and pressure.
+    Point {
+        /// time,slip_1[,slip_2],pressure
+        #[arg(value_name = "HISTORY.csv")]
+        history: PathBuf,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Contact points that share one rigid tangential motion, with springs in series and in parallel.
+    Patch {
+        /// x,y,area,pressure
+        #[arg(value_name = "PATCH.csv")]
+        patch: PathBuf,
+        /// time,displacement_1[,displacement_2][,rotation][,pressure_scale]
+        #[arg(value_name = "HISTORY.csv")]
+        history: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Spring in series, K (u - g) = contact force (default: rigid).
+        #[arg(long, value_name = "K", value_parser = numbers::positive)]
+        series: Option<f64>,
+        /// Spring in parallel, adds K u to the force (default: none).
+        #[arg(long, value_name = "K", value_parser = numbers::positive)]
+        parallel: Option<f64>,
+    },
+}
+
+#[derive(clap::Args)]
+struct Common {
+    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', allow_hyphen_values = true,
+        value_parser = crate::props::entry, help = crate::props::HELP)]
+    props: Vec<f64>,
+    /// Length of the state array (default: what the library recommends).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    nstate: Option<u32>,
+    /// Write the table there (default: standard output).
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl Common {
+    fn law<const N: usize>(&self) -> Result<Law<N>> {
+        let named = |error: mepc::Error| anyhow!("--props, --nstate: {error}");
+        let nstate = match self.nstate {
+            Some(n) => n as usize,
+            None => default_state_size(&self.props, N).map_err(named)?,
+        };
+        Law::new(&self.props, nstate).map_err(named)
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or an output that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (text, forgotten, common) = match &arguments.mode {
+        Mode::Point { history, common } => {
+            let (text, forgotten) = point::run(history, common)?;
+            (text, forgotten, common)
+        }
+        Mode::Patch {
+            patch,
+            history,
+            common,
+            series,
+            parallel,
+        } => {
+            let springs = Springs {
+                series: *series,
+                parallel: parallel.unwrap_or(0.0),
+            };
+            let (text, forgotten) = patch::run(patch, history, common, springs)?;
+            (text, forgotten, common)
+        }
+    };
+    write(common.output.as_deref(), &text)?;
+    if forgotten > 0 {
+        eprintln!(
+            "mepc: note: the memory was full in {forgotten} updates and the least important reversal was dropped, a longer \
+             state array (--nstate) keeps it"
+        );
+    }
+    Ok(Outcome::Done)
+}
+
+/// The springs of a patch.
+#[derive(Clone, Copy)]
+pub struct Springs {
+    /// Between the prescribed displacement and the contact; None is rigid.
+    pub series: Option<f64>,
+    /// Beside the contact.
+    pub parallel: f64,
+}
+
+pub use patch::{Motion, Patch, Points};

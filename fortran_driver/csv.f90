@@ -1,0 +1,232 @@
+!> Tables from comma-separated files: columns found by name, every complaint with file, line and column.
+!>
+!> Lines that are blank or start with '#' are skipped, the first other line is the header. Columns that nobody asks for
+!> may hold anything.
+module csv
+    use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor, real64
+    use replay_text, only: fail, read_number, short, whole, trimmed, text_line
+    implicit none
+    private
+    public :: csv_table, csv_read
+
+    type :: csv_table
+        character(:), allocatable :: file              !< as given, for messages
+        integer :: rows = 0
+        integer, allocatable :: lines(:)               !< line of the file that each row stands on, from 1
+        integer, private :: header_line = 0
+        type(text_line), allocatable, private :: names(:)
+        type(text_line), allocatable, private :: content(:) !< the rows as they stand in the file
+    contains
+        procedure :: has                               !< is there a column of this name?
+        procedure :: column                            !< the numbers of a column
+        procedure :: time                              !< the column `time`, which must not decrease
+        procedure :: where_row                         !< "file:line" of a row
+        procedure :: require                           !< complains if a column is missing
+        procedure, private :: find
+    end type
+
+contains
+
+    !> Reads a file; ends the program when there is no such file, no header, no row, or a row of the wrong length.
+    function csv_read(file) result(table)
+        character(*), intent(in) :: file
+        type(csv_table) :: table
+        type(text_line), allocatable :: lines(:)
+        integer :: i, count
+
+        table%file = file
+        call read_lines(file, lines, count)
+        allocate (table%content(count), table%lines(count))
+        do i = 1, count
+            if (lines(i)%text == "") cycle
+            if (lines(i)%text(1:1) == "#") cycle
+            if (table%header_line == 0) then
+                table%header_line = i
+                call split(lines(i)%text, table%names)
+                call check_names(table)
+            else
+                table%rows = table%rows + 1
+                table%lines(table%rows) = i
+                table%content(table%rows) = lines(i)
+                call check_length(table, table%rows)
+            end if
+        end do
+        if (table%header_line == 0) call fail(file // ":" // whole(max(count, 1)) // ": is empty: no header line")
+        if (table%rows == 0) call fail(file // ":" // whole(table%header_line) // ": has a header but no row below it")
+    end function
+
+    !> The lines of a text file without the blanks at their ends; only the first `count` are filled.
+    subroutine read_lines(file, lines, count)
+        character(*), intent(in) :: file
+        type(text_line), allocatable, intent(out) :: lines(:)
+        integer, intent(out) :: count
+        type(text_line), allocatable :: longer(:)
+        character(*), parameter :: byte_order_mark = char(239) // char(187) // char(191) ! of some spreadsheets
+        character(256) :: message
+        character(:), allocatable :: line
+        integer :: unit, status
+        logical :: there
+
+        inquire (file=file, exist=there)
+        if (.not. there) call fail(file // ": No such file or directory")
+        open (newunit=unit, file=file, action="read", status="old", iostat=status, iomsg=message)
+        if (status /= 0) call fail(file // ": " // trim(message))
+        allocate (lines(64))
+        count = 0
+        do
+            call read_line(unit, line, status, message)
+            if (status == iostat_end) exit
+            if (status /= 0) call fail(file // ": " // trim(message))
+            if (index(line, achar(0)) > 0) call fail(file // ": is not a text file")
+            if (count == 0 .and. index(line, byte_order_mark) == 1) line = line(4:)
+            if (count == size(lines)) then
+                allocate (longer(2 * count))
+                longer(:count) = lines
+                call move_alloc(longer, lines)
+            end if
+            count = count + 1
+            lines(count)%text = trimmed(line)
+        end do
+        close (unit)
+    end subroutine
+
+    !> Reads one line of any length.
+    subroutine read_line(unit, line, status, message)
+        integer, intent(in) :: unit
+        character(:), allocatable, intent(out) :: line
+        integer, intent(out) :: status
+        character(*), intent(inout) :: message
+        character(256) :: buffer
+        integer :: length
+
+        line = ""
+        do
+            read (unit, "(a)", advance="no", size=length, iostat=status, iomsg=message) buffer
+            if (status == 0 .or. status == iostat_eor) line = line // buffer(:length)
+            if (status /= 0) exit
+        end do
+        if (status == iostat_eor) status = 0
+        ! A last line without a line feed ends with the file.
+        if (status == iostat_end .and. len(line) > 0) status = 0
+    end subroutine
+
+    !> The fields of a line, without the blanks around them.
+    subroutine split(line, fields)
+        character(*), intent(in) :: line
+        type(text_line), allocatable, intent(out) :: fields(:)
+        integer :: i, start, comma
+
+        allocate (fields(count_fields(line)))
+        start = 1
+        do i = 1, size(fields)
+            comma = index(line(start:), ",")
+            if (comma == 0) comma = len(line) - start + 2
+            fields(i)%text = trimmed(line(start:start + comma - 2))
+            start = start + comma
+        end do
+    end subroutine
+
+    integer function count_fields(line)
+        character(*), intent(in) :: line
+        integer :: i
+        count_fields = 1
+        do i = 1, len(line)
+            if (line(i:i) == ",") count_fields = count_fields + 1
+        end do
+    end function
+
+    subroutine check_names(table)
+        type(csv_table), intent(in) :: table
+        integer :: i, k
+        do i = 2, size(table%names)
+            do k = 1, i - 1
+                if (table%names(i)%text /= "" .and. table%names(i)%text == table%names(k)%text) then
+                    call fail(table%file // ":" // whole(table%header_line) // ": column " // table%names(i)%text // &
+                        ": appears twice in the header")
+                end if
+            end do
+        end do
+    end subroutine
+
+    subroutine check_length(table, row)
+        type(csv_table), intent(in) :: table
+        integer, intent(in) :: row
+        integer :: found, columns
+        character(:), allocatable :: lengths
+
+        found = count_fields(table%content(row)%text)
+        columns = size(table%names)
+        lengths = "the line has " // whole(found) // " fields and the header " // whole(columns)
+        if (found < columns) then
+            call fail(table%where_row(row) // ": column " // table%names(found + 1)%text // ": missing, " // lengths)
+        else if (found > columns) then
+            call fail(table%where_row(row) // ": column " // whole(columns + 1) // ": has no name, " // lengths)
+        end if
+    end subroutine
+
+    function where_row(table, row) result(text)
+        class(csv_table), intent(in) :: table
+        integer, intent(in) :: row
+        character(:), allocatable :: text
+        text = table%file // ":" // whole(table%lines(row))
+    end function
+
+    !> Number of a column, 0 if there is none of this name.
+    integer function find(table, name)
+        class(csv_table), intent(in) :: table
+        character(*), intent(in) :: name
+        do find = size(table%names), 1, -1
+            if (table%names(find)%text == name) return
+        end do
+    end function
+
+    logical function has(table, name)
+        class(csv_table), intent(in) :: table
+        character(*), intent(in) :: name
+        has = table%find(name) > 0
+    end function
+
+    subroutine require(table, name, reason)
+        class(csv_table), intent(in) :: table
+        character(*), intent(in) :: name
+        character(*), intent(in) :: reason !< why it is needed, may be empty
+        if (.not. table%has(name)) then
+            call fail(table%file // ":" // whole(table%header_line) // ": column " // name // &
+                ": missing in the header" // reason)
+        end if
+    end subroutine
+
+    !> The numbers of a column; ends the program if it is missing or if a field is not a finite number.
+    function column(table, name) result(values)
+        class(csv_table), intent(in) :: table
+        character(*), intent(in) :: name
+        real(real64) :: values(table%rows)
+        type(text_line), allocatable :: fields(:)
+        character(:), allocatable :: problem
+        integer :: row, k
+
+        call table%require(name, "")
+        k = table%find(name)
+        do row = 1, table%rows
+            call split(table%content(row)%text, fields)
+            call read_number(fields(k)%text, values(row), problem)
+            if (problem /= "") then
+                call fail(table%where_row(row) // ": column " // name // ": '" // fields(k)%text // "' " // problem)
+            end if
+        end do
+    end function
+
+    function time(table) result(values)
+        class(csv_table), intent(in) :: table
+        real(real64) :: values(table%rows)
+        integer :: row
+
+        values = table%column("time")
+        do row = 2, table%rows
+            if (values(row) < values(row - 1)) then
+                call fail(table%where_row(row) // ": column time: " // short(values(row)) // " comes after " // &
+                    short(values(row - 1)) // ", time must not decrease")
+            end if
+        end do
+    end function
+end module

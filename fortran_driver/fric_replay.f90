@@ -1,0 +1,182 @@
+!> fric_replay: replays a load history through the Abaqus-shaped routine `fric`, in the role of the FE program. See --help.
+program fric_replay
+    use, intrinsic :: iso_fortran_env, only: output_unit, int32, real64
+    use command_line, only: options, read_options
+    use csv, only: csv_table, csv_read
+    use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status
+    use friction_patch, only: patch, motion, new_patch
+    use mepc, only: mepc_state_size, mepc_last_error
+    use replay_text, only: fail, number, whole
+    implicit none
+
+    type(options) :: given
+
+    given = read_options()
+    if (allocated(given%patch)) then
+        call replay_patch(given)
+    else
+        call replay_point(given)
+    end if
+
+contains
+
+    !> One point under prescribed slip and pressure.
+    subroutine replay_point(given)
+        type(options), intent(in) :: given
+        type(csv_table) :: history
+        type(friction_model) :: model
+        type(contact_point) :: now, next
+        type(step_info) :: step
+        real(real64), allocatable :: time(:), slip(:, :), pressure(:)
+        real(real64) :: increment(2), tangent(2, 2), stored, dissipated, total
+        integer :: row, unit, n
+
+        history = csv_read(given%history)
+        allocate (time, source=history%time())
+        n = merge(2, 1, history%has("slip_2"))
+        allocate (slip(2, history%rows), source=0.0_real64)
+        slip(1, :) = history%column("slip_1")
+        if (n == 2) slip(2, :) = history%column("slip_2")
+        allocate (pressure, source=history%column("pressure"))
+
+        model = new_model(given, n)
+        now = virgin_point(model, 1, 0.0_real64, 0.0_real64)
+        next = now
+        total = 0
+        unit = open_output(given)
+        write (unit, "(a)") "time" // names("slip", n) // ",pressure" // names("traction", n) // &
+            ",stored_energy,dissipated_energy,status"
+        do row = 1, history%rows
+            step = step_at(history, time, row)
+            increment = slip(:, row)
+            if (row > 1) increment = increment - slip(:, row - 1)
+            call touch(model, step, pressure(row), now)
+            call respond(model, step, now, increment, pressure(row), next, tangent, stored, dissipated)
+            now = next ! the step is accepted
+            total = total + dissipated
+            write (unit, "(a)") number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // &
+                numbers(now%tau(:n)) // numbers([stored, total]) // "," // whole(contact_status(now))
+        end do
+        if (allocated(given%output)) close (unit)
+    end subroutine
+
+    !> Points that share a rigid tangential motion, with springs in series and in parallel.
+    subroutine replay_patch(given)
+        type(options), intent(in) :: given
+        type(csv_table) :: history
+        type(patch) :: p
+        type(step_info) :: step
+        type(motion), allocatable :: motions(:)
+        real(real64), allocatable :: time(:)
+        character(:), allocatable :: line
+        logical :: turns
+        integer :: row, unit, n, iterations
+
+        history = csv_read(given%history)
+        allocate (time, source=history%time())
+        call read_motions(history, motions)
+        n = merge(2, 1, history%has("displacement_2"))
+        turns = history%has("rotation")
+
+        p = new_patch(given%patch, new_model(given, n), given%series)
+        unit = open_output(given)
+        line = "time" // names("displacement", n)
+        if (turns) line = line // ",rotation"
+        line = line // names("slip", n) // names("force", n)
+        if (turns) line = line // ",moment"
+        write (unit, "(a)") line // ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations"
+        do row = 1, history%rows
+            step = step_at(history, time, row)
+            call p%advance(motions(row), step, iterations)
+            line = number(time(row)) // numbers(p%at%displacement(:n))
+            if (turns) line = line // numbers([p%at%rotation])
+            line = line // numbers(p%slip(:n)) // numbers(p%force(:n) + given%parallel * p%at%displacement(:n))
+            if (turns) line = line // numbers([p%moment])
+            write (unit, "(a)") line // numbers([p%stored, p%dissipated]) // wholes(p%counts()) // "," // whole(iterations)
+        end do
+        if (allocated(given%output)) close (unit)
+    end subroutine
+
+    !> What the rows of a patch history prescribe; columns that are missing take their defaults.
+    subroutine read_motions(history, motions)
+        type(csv_table), intent(in) :: history
+        type(motion), allocatable, intent(out) :: motions(:)
+
+        allocate (motions(history%rows))
+        motions%displacement(1) = history%column("displacement_1")
+        if (history%has("displacement_2")) motions%displacement(2) = history%column("displacement_2")
+        if (history%has("rotation")) then
+            call history%require("displacement_2", ", rotation needs two directions")
+            motions%rotation = history%column("rotation")
+        end if
+        motions%pressure_scale = 1
+        if (history%has("pressure_scale")) motions%pressure_scale = history%column("pressure_scale")
+    end subroutine
+
+    !> The model for a number of directions, with the state length that was asked for or that the library recommends.
+    function new_model(given, ndir) result(model)
+        type(options), intent(in) :: given
+        integer, intent(in) :: ndir
+        type(friction_model) :: model
+
+        model%ndir = int(ndir, int32)
+        allocate (model%props, source=given%props)
+        model%characteristic_length = given%characteristic_length
+        model%nstate = given%nstate
+        if (model%nstate == 0) then
+            model%nstate = mepc_state_size(model%props, int(size(model%props), int32), model%ndir)
+            if (model%nstate < 0) call fail("--props: " // mepc_last_error())
+        end if
+    end function
+
+    function step_at(history, time, row) result(step)
+        type(csv_table), intent(in) :: history
+        real(real64), intent(in) :: time(:)
+        integer, intent(in) :: row
+        type(step_info) :: step
+        step%increment = int(row, int32)
+        step%time = time(row)
+        step%dtime = time(row) - time(max(row - 1, 1))
+        step%place = history%where_row(row) // ": step " // whole(row)
+    end function
+
+    !> ",name_1" or ",name_1,name_2".
+    function names(name, n) result(text)
+        character(*), intent(in) :: name
+        integer, intent(in) :: n
+        character(:), allocatable :: text
+        text = "," // name // "_1"
+        if (n == 2) text = text // "," // name // "_2"
+    end function
+
+    !> Each number with a comma before it.
+    function numbers(values) result(text)
+        real(real64), intent(in) :: values(:)
+        character(:), allocatable :: text
+        integer :: i
+        text = ""
+        do i = 1, size(values)
+            text = text // "," // number(values(i))
+        end do
+    end function
+
+    function wholes(values) result(text)
+        integer, intent(in) :: values(:)
+        character(:), allocatable :: text
+        integer :: i
+        text = ""
+        do i = 1, size(values)
+            text = text // "," // whole(values(i))
+        end do
+    end function
+
+    integer function open_output(given) result(unit)
+        type(options), intent(in) :: given
+        character(256) :: message
+        integer :: status
+        unit = output_unit
+        if (.not. allocated(given%output)) return
+        open (newunit=unit, file=given%output, action="write", status="replace", iostat=status, iomsg=message)
+        if (status /= 0) call fail(given%output // ": " // trim(message))
+    end function
+end program

@@ -1,0 +1,328 @@
+//! The FRIC face: the user friction routine of Abaqus/Standard, all 39 arguments.
+//!
+//! The argument list and its meaning were taken from the manual and from working sources; what is not confirmed is
+//! marked in docs/hosts.md. Arrays are column-major, integers 32 bits.
+
+use super::guard;
+use super::host::{Place, Severity, report};
+use super::user::{self, Laws, count, cut_back, name, read, turn, vector, write};
+use crate::error::{Error, Kind};
+use crate::lagrange::Rigid;
+use crate::law::{Law, Response, check_finite};
+use crate::memory::{Matrix, Vector};
+use crate::properties::Method;
+use crate::state::HEADER;
+use libc::{c_char, c_double};
+use std::slice;
+
+/// Relative motion flag: slip or elastic stick, TAU and its derivatives count.
+const SLIPPING: i32 = 0;
+/// Relative motion flag: rigid stick by Lagrange multiplier.
+const STICKING: i32 = 1;
+/// Relative motion flag: open before, frictionless in this increment.
+const OPEN: i32 = 2;
+
+/// The arguments that are used, as the host passes them.
+#[derive(Clone, Copy)]
+struct Arguments {
+    lm: *mut i32,
+    tau: *mut c_double,
+    ddtddg: *mut c_double,
+    ddtddp: *mut c_double,
+    dslip: *mut c_double,
+    sed: *mut c_double,
+    sfd: *mut c_double,
+    ddtddt: *mut c_double,
+    pnewdt: *mut c_double,
+    statev: *mut c_double,
+    dgam: *const c_double,
+    taulm: *const c_double,
+    press: *const c_double,
+    kstep: *const i32,
+    kinc: *const i32,
+    ciname: *const c_char,
+    node: *const i32,
+    drot: *const c_double,
+    nfdir: *const i32,
+    nstatv: *const i32,
+    chrlngth: *const c_double,
+    props: *const c_double,
+    nprops: *const i32,
+}
+
+impl Arguments {
+    /// Runs the routine; whatever goes wrong is told to the user and asks the host for a smaller increment.
+    ///
+    /// # Safety
+    /// The pointers are what the host's manual says, or null.
+    unsafe fn run(&self) {
+        // SAFETY: as the caller says.
+        let outcome = guard(|| unsafe {
+            match read("NFDIR", self.nfdir)? {
+                1 => user::ONE.with_borrow_mut(|laws| self.update(laws)),
+                2 => user::TWO.with_borrow_mut(|laws| self.update(laws)),
+                other => Err(Error::new(
+                    Kind::BadInput,
+                    format!("NFDIR = {other}: must be 1 or 2 slip directions"),
+                )),
+            }
+        });
+        if let Err(error) = outcome {
+            // SAFETY: as the caller says. A second failure in here has nothing left to say.
+            let _ = guard(|| unsafe {
+                self.refuse(&error);
+                Ok(())
+            });
+        }
+    }
+
+    /// # Safety
+    /// As [`Arguments::run`], NFDIR = N.
+    unsafe fn update<const N: usize>(&self, laws: &mut Laws<N>) -> Result<(), Error> {
+        // SAFETY: sizes as the host declares them, throughout.
+        unsafe {
+            let law = self.law(laws)?;
+            let layout = law.layout();
+            let mut state0 = user::state("STATEV", layout, self.statev)?;
+            if N == 2 {
+                turn(self.drot, layout, &mut state0)?;
+            }
+            let front = HEADER + (layout.base - 1) * N;
+            let before = Vector::<N>::from_column_slice(&state0[front..front + N]);
+            let slip = vector::<N>("DGAM", self.dgam)?;
+            let pressure = read("PRESS", self.press)?;
+            check_finite(&"PRESS", pressure)?;
+            for (name, pointer) in [
+                ("TAU", self.tau),
+                ("DDTDDG", self.ddtddg),
+                ("DDTDDP", self.ddtddp),
+                ("DSLIP", self.dslip),
+                ("SED", self.sed),
+                ("SFD", self.sfd),
+                ("PNEWDT", self.pnewdt),
+            ] {
+                read(name, pointer)?;
+            }
+            let lm = read("LM", self.lm)?;
+            // Everything has been read: from here on STATEV is only written.
+            let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
+            let gcr = law
+                .properties()
+                .critical_slip(self.characteristic_length())?;
+            let rigid = law.properties().method == Method::Lagrange;
+            let response = match lm {
+                // The point was open: forget, and stay frictionless for this increment.
+                OPEN => law.friction(gcr, &Vector::zeros(), 0.0, &state0, state1)?,
+                SLIPPING | STICKING if rigid => {
+                    let multiplier = match lm {
+                        STICKING => vector::<N>("TAULM", self.taulm)?,
+                        // Only a hint then, and not always set.
+                        _ => vector::<N>("TAULM", self.taulm).unwrap_or_else(|_| Vector::zeros()),
+                    };
+                    let held = lm == STICKING;
+                    match law.lagrange(held, &multiplier, &slip, pressure, &state0, state1)? {
+                        Rigid::Stick => {
+                            *self.lm = STICKING;
+                            write(self.dslip, Vector::<N>::zeros().as_slice());
+                            *self.sed = 0.0;
+                            *self.sfd = 0.0;
+                            return Ok(());
+                        }
+                        Rigid::Slip(response) => response,
+                    }
+                }
+                SLIPPING | STICKING => law.friction(gcr, &slip, pressure, &state0, state1)?,
+                other => {
+                    return Err(Error::new(
+                        Kind::BadInput,
+                        format!("LM = {other}: must be 0, 1 or 2"),
+                    ));
+                }
+            };
+            // The deflection of the last slip element is the elastic part of the slip.
+            let elastic = if rigid {
+                Vector::zeros()
+            } else {
+                (Vector::<N>::from_column_slice(&state1[front..front + N]) - before) * gcr
+            };
+            *self.lm = if lm == OPEN { OPEN } else { SLIPPING };
+            self.answer(&response);
+            write(self.dslip, (slip - elastic).as_slice());
+            Ok(())
+        }
+    }
+
+    /// # Safety
+    /// As [`Arguments::run`], NFDIR = N.
+    unsafe fn law<'a, const N: usize>(&self, laws: &'a mut Laws<N>) -> Result<&'a Law<N>, Error> {
+        // SAFETY: PROPS has NPROPS entries by the host's word.
+        unsafe {
+            laws.get(
+                user::properties(self.props, self.nprops)?,
+                count("NSTATV", self.nstatv)?,
+            )
+        }
+    }
+
+    /// The characteristic length, 0 where the host has none.
+    ///
+    /// # Safety
+    /// As [`Arguments::run`].
+    unsafe fn characteristic_length(&self) -> f64 {
+        // SAFETY: null or readable.
+        unsafe { read("CHRLNGTH", self.chrlngth) }.unwrap_or(0.0)
+    }
+
+    /// # Safety
+    /// As [`Arguments::run`]; the outputs have been checked to be there.
+    unsafe fn answer<const N: usize>(&self, response: &Response<N>) {
+        // SAFETY: sizes as the host declares them.
+        unsafe {
+            write(self.tau, response.traction.as_slice());
+            // nalgebra's order is column-major, as Fortran's.
+            write(self.ddtddg, response.dtraction_dslip.as_slice());
+            write(self.ddtddp, response.dtraction_dpressure.as_slice());
+            write(self.ddtddt, &[0.0; 4][..2 * N]);
+            *self.sed = response.stored;
+            *self.sfd = response.dissipated;
+        }
+    }
+
+    /// Leaves TAU and STATEV as they were, offers the sticking stiffness, and asks for a smaller increment.
+    ///
+    /// # Safety
+    /// As [`Arguments::run`].
+    #[cold]
+    unsafe fn refuse(&self, error: &Error) {
+        // SAFETY: null pointers are skipped, sizes as the host declares them.
+        unsafe {
+            let number = |pointer: *const i32| read("", pointer).unwrap_or(0);
+            let contact = name(self.ciname);
+            report(
+                &Place {
+                    routine: "FRIC",
+                    contact: &contact,
+                    node: number(self.node),
+                    step: number(self.kstep),
+                    increment: number(self.kinc),
+                },
+                Severity::Error,
+                error,
+            );
+            cut_back(self.pnewdt);
+            write(self.sfd, &[0.0]);
+            if !self.lm.is_null() {
+                *self.lm = SLIPPING;
+            }
+            match number(self.nfdir) {
+                1 => user::ONE.with_borrow_mut(|laws| self.offer_sticking(laws)),
+                2 => user::TWO.with_borrow_mut(|laws| self.offer_sticking(laws)),
+                _ => {}
+            }
+        }
+    }
+
+    /// # Safety
+    /// As [`Arguments::run`], NFDIR = N.
+    unsafe fn offer_sticking<const N: usize>(&self, laws: &mut Laws<N>) {
+        // SAFETY: as the caller says; a law that cannot be made has no stiffness.
+        unsafe {
+            let stiffness = self.law(laws).and_then(|law| {
+                let gcr = law.critical_slip(self.characteristic_length())?;
+                Ok(law.sticking_stiffness(gcr, read("PRESS", self.press)?))
+            });
+            let stiffness = stiffness.ok().filter(|k| k.is_finite()).unwrap_or(0.0);
+            write(
+                self.ddtddg,
+                (Matrix::<N>::identity() * stiffness).as_slice(),
+            );
+            write(self.ddtddp, Vector::<N>::zeros().as_slice());
+        }
+    }
+}
+
+/// One definition for both symbols: with the underscore that Fortran compilers on Linux append, and without.
+macro_rules! export_fric {
+    ($symbol:ident) => {
+        /// FRIC of Abaqus/Standard: see docs/hosts.md for what each argument means and what is used.
+        ///
+        /// The hidden string lengths that follow the arguments are not declared: they are not needed, and on every
+        /// calling convention in use the caller removes them.
+        ///
+        /// # Safety
+        /// Arguments are as the host's manual describes them.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $symbol(
+            lm: *mut i32,
+            tau: *mut c_double,
+            ddtddg: *mut c_double,
+            ddtddp: *mut c_double,
+            dslip: *mut c_double,
+            sed: *mut c_double,
+            sfd: *mut c_double,
+            ddtddt: *mut c_double,
+            pnewdt: *mut c_double,
+            statev: *mut c_double,
+            dgam: *const c_double,
+            taulm: *const c_double,
+            press: *const c_double,
+            _dpress: *const c_double,
+            _ddpddh: *const c_double,
+            _slip: *const c_double,
+            kstep: *const i32,
+            kinc: *const i32,
+            _time: *const c_double,
+            _dtime: *const c_double,
+            _noel: *const i32,
+            ciname: *const c_char,
+            _slname: *const c_char,
+            _msname: *const c_char,
+            _npt: *const i32,
+            node: *const i32,
+            _npatch: *const i32,
+            _coords: *const c_double,
+            _rcoord: *const c_double,
+            drot: *const c_double,
+            _temp: *const c_double,
+            _predef: *const c_double,
+            nfdir: *const i32,
+            _mcrd: *const i32,
+            _npred: *const i32,
+            nstatv: *const i32,
+            chrlngth: *const c_double,
+            props: *const c_double,
+            nprops: *const i32,
+        ) {
+            let arguments = Arguments {
+                lm,
+                tau,
+                ddtddg,
+                ddtddp,
+                dslip,
+                sed,
+                sfd,
+                ddtddt,
+                pnewdt,
+                statev,
+                dgam,
+                taulm,
+                press,
+                kstep,
+                kinc,
+                ciname,
+                node,
+                drot,
+                nfdir,
+                nstatv,
+                chrlngth,
+                props,
+                nprops,
+            };
+            // SAFETY: the host's arguments.
+            unsafe { arguments.run() }
+        }
+    };
+}
+
+export_fric!(fric_);
+export_fric!(fric);

@@ -1,0 +1,51 @@
+//! The rim: what C and Fortran callers see. Faces convert arguments and hold no physics.
+//!
+//! Every exported function runs inside `guard`, so that no panic leaves the library.
+
+mod components;
+pub mod fric;
+mod host;
+pub mod iwan;
+pub mod mfront;
+pub mod native;
+pub mod uinter;
+pub mod umat;
+mod user;
+pub mod vfric;
+
+use crate::error::{Error, Kind};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Runs the body of an exported function; a panic becomes [`Kind::Internal`].
+pub(crate) fn guard<T>(body: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| Err(caught(&*payload)))
+}
+
+#[cold]
+fn caught(payload: &(dyn Any + Send)) -> Error {
+    let text = payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("panic without a message");
+    Error::new(Kind::Internal, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_an_internal_error_with_its_words() {
+        let words = |outcome: Result<(), Error>| {
+            let error = outcome.expect_err("a panic");
+            assert_eq!(error.kind, Kind::Internal);
+            error.message
+        };
+        assert_eq!(words(guard(|| panic!("a str"))), "a str");
+        assert_eq!(words(guard(|| panic!("a {}", "String"))), "a String");
+        let other = guard(|| std::panic::panic_any(1));
+        assert_eq!(words(other), "panic without a message");
+    }
+}

@@ -1,0 +1,226 @@
+//! What the user routines of FE hosts share: their arguments, and the law that their properties ask for.
+
+use crate::error::{Error, Kind};
+use crate::law::{Law, check_finite};
+use crate::memory::{Matrix, Vector};
+use crate::state::{Layout, MAX_USED, rotate};
+use arrayvec::ArrayVec;
+use libc::{c_char, c_double};
+use std::cell::RefCell;
+use std::slice;
+
+/// What a refused increment is cut to.
+pub(super) const CUTBACK: f64 = 0.5;
+/// How far a rotation increment may be from orthogonal.
+const ORTHOGONALITY: f64 = 1e-6;
+/// Length of the contact and surface names.
+const NAME_LENGTH: usize = 80;
+/// Laws kept per thread: more than a model has materials or contact pairs.
+const MOST_LAWS: usize = 16;
+
+/// The laws that a thread has used. A law never changes, so keeping it cannot change a result.
+pub(super) struct Laws<const N: usize>(Vec<Kept<N>>);
+
+struct Kept<const N: usize> {
+    props: Vec<f64>,
+    law: Law<N>,
+}
+
+thread_local! {
+    pub(super) static ONE: RefCell<Laws<1>> = const { RefCell::new(Laws(Vec::new())) };
+    pub(super) static TWO: RefCell<Laws<2>> = const { RefCell::new(Laws(Vec::new())) };
+}
+
+impl<const N: usize> Laws<N> {
+    /// The law for these properties; bits are compared, so that nothing can be taken for something else.
+    pub(super) fn get(&mut self, props: &[f64], nstate: usize) -> Result<&Law<N>, Error> {
+        let same = |kept: &Kept<N>| {
+            kept.law.layout().nstate == nstate
+                && kept.props.len() == props.len()
+                && (kept.props.iter().zip(props)).all(|(a, b)| a.to_bits() == b.to_bits())
+        };
+        let index = match self.0.iter().position(same) {
+            Some(index) => index,
+            None => {
+                let law = Law::new(props, nstate).map_err(in_host_words)?;
+                if self.0.len() == MOST_LAWS {
+                    self.0.remove(0);
+                }
+                let props = props.to_vec();
+                self.0.push(Kept { props, law });
+                self.0.len() - 1
+            }
+        };
+        Ok(&self.0[index].law)
+    }
+}
+
+/// Sizes under the names that a user of these routines knows.
+fn in_host_words(mut error: Error) -> Error {
+    for (ours, theirs) in [("nstate", "NSTATV"), ("nprops", "NPROPS")] {
+        if let Some(rest) = error.message.strip_prefix(ours) {
+            error.message = format!("{theirs}{rest}");
+        }
+    }
+    error
+}
+
+/// The refusal of a null pointer.
+pub(super) fn null(name: &str) -> Error {
+    Error::new(Kind::NullPointer, format!("{name} = NULL"))
+}
+
+/// A scalar of the host, or a message with the argument's name.
+///
+/// # Safety
+/// `pointer` is null or readable.
+pub(super) unsafe fn read<T: Copy>(name: &str, pointer: *const T) -> Result<T, Error> {
+    if pointer.is_null() {
+        return Err(null(name));
+    }
+    // SAFETY: not null, readable by the caller's word.
+    Ok(unsafe { *pointer })
+}
+
+/// A size of the host.
+///
+/// # Safety
+/// `pointer` is null or readable.
+pub(super) unsafe fn count(name: &str, pointer: *const i32) -> Result<usize, Error> {
+    // SAFETY: as the caller says.
+    let value = unsafe { read(name, pointer)? };
+    usize::try_from(value)
+        .map_err(|_| Error::new(Kind::BadInput, format!("{name} = {value}: must be >= 0")))
+}
+
+/// An array of the host.
+///
+/// # Safety
+/// `pointer` is null or points to `len` numbers that nobody writes as long as the slice lives.
+pub(super) unsafe fn array<'a>(
+    name: &str,
+    pointer: *const c_double,
+    len: usize,
+) -> Result<&'a [f64], Error> {
+    if pointer.is_null() {
+        return Err(null(name));
+    }
+    // SAFETY: not null, `len` numbers by the caller's word.
+    Ok(unsafe { slice::from_raw_parts(pointer, len) })
+}
+
+/// PROPS, NPROPS long.
+///
+/// # Safety
+/// The pointers are null or what their names say, and PROPS is not written during the call.
+pub(super) unsafe fn properties<'a>(
+    props: *const c_double,
+    nprops: *const i32,
+) -> Result<&'a [f64], Error> {
+    // SAFETY: as the caller says.
+    unsafe { array("PROPS", props, count("NPROPS", nprops)?) }
+}
+
+/// A vector of the host, checked to be finite.
+///
+/// # Safety
+/// `pointer` is null or points to N readable numbers.
+pub(super) unsafe fn vector<const N: usize>(
+    name: &str,
+    pointer: *const c_double,
+) -> Result<Vector<N>, Error> {
+    // SAFETY: as the caller says; copied at once.
+    let vector = Vector::<N>::from_column_slice(unsafe { array(name, pointer, N)? });
+    for (index, value) in vector.iter().enumerate() {
+        check_finite(&format_args!("{name}({})", index + 1), *value)?;
+    }
+    Ok(vector)
+}
+
+/// A copy of the used part of a state, so that the end may be written over the start.
+///
+/// # Safety
+/// `pointer` is null or points to a state of this layout.
+pub(super) unsafe fn state(
+    name: &str,
+    layout: &Layout,
+    pointer: *const c_double,
+) -> Result<ArrayVec<f64, MAX_USED>, Error> {
+    // SAFETY: the used part is no longer than the state.
+    let state = unsafe { array(name, pointer, layout.used())? };
+    Ok(state.iter().copied().collect())
+}
+
+/// Writes numbers where the host wants them.
+///
+/// # Safety
+/// `pointer` is null or has room.
+pub(super) unsafe fn write(pointer: *mut c_double, values: &[f64]) {
+    if !pointer.is_null() {
+        // SAFETY: not null, room by the caller's word; `values` is ours.
+        unsafe { pointer.copy_from_nonoverlapping(values.as_ptr(), values.len()) }
+    }
+}
+
+/// Asks for a smaller increment.
+///
+/// # Safety
+/// `pnewdt` is null or readable and writable.
+pub(super) unsafe fn cut_back(pnewdt: *mut c_double) {
+    // SAFETY: as the caller says.
+    if let Some(pnewdt) = unsafe { pnewdt.as_mut() } {
+        *pnewdt = pnewdt.min(CUTBACK);
+    }
+}
+
+/// A blank-padded name of the host.
+///
+/// # Safety
+/// `pointer` is null or points to 80 characters.
+pub(super) unsafe fn name(pointer: *const c_char) -> String {
+    if pointer.is_null() {
+        return "(unnamed)".to_string();
+    }
+    // SAFETY: 80 characters by the caller's word.
+    let bytes = unsafe { slice::from_raw_parts(pointer.cast::<u8>(), NAME_LENGTH) };
+    String::from_utf8_lossy(bytes).trim_end().to_string()
+}
+
+/// Turns the remembered vectors with the slip directions.
+///
+/// # Safety
+/// `drot` is null (nothing turns) or points to DROT(2,2), column-major.
+pub(super) unsafe fn turn(
+    drot: *const c_double,
+    layout: &Layout,
+    state: &mut [f64],
+) -> Result<(), Error> {
+    if drot.is_null() {
+        return Ok(());
+    }
+    // SAFETY: four numbers by the caller's word.
+    let drot = unsafe { slice::from_raw_parts(drot, 4) };
+    if drot == [1.0, 0.0, 0.0, 1.0] {
+        return Ok(());
+    }
+    let drot = Matrix::<2>::from_column_slice(drot);
+    let off = (drot.transpose() * drot - Matrix::<2>::identity()).norm();
+    let proper = off < ORTHOGONALITY && drot.determinant() > 0.0;
+    if !proper {
+        return Err(Error::new(
+            Kind::BadInput,
+            format!("DROT = {:?}: must be a rotation", drot.as_slice()),
+        ));
+    }
+    // The rotation next to it: the memory must not grow or shrink by what the host rounds.
+    let (cosine, sine) = (drot[(0, 0)] + drot[(1, 1)], drot[(1, 0)] - drot[(0, 1)]);
+    let length = cosine.hypot(sine);
+    let (cosine, sine) = (cosine / length, sine / length);
+    // `state` is the used part only, which is a state of its own.
+    let used = Layout {
+        nstate: layout.used(),
+        ..*layout
+    };
+    rotate(&used, &[[cosine, -sine], [sine, cosine]], state);
+    Ok(())
+}

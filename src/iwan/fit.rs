@@ -1,0 +1,576 @@
+//! Joint least squares over all branches of the loop, and what the data can tell about each parameter.
+//!
+//! Everything is scaled: displacement by the amplitude A, force by the half range T. The unknowns are F_s / T, ln(X_s / A),
+//! k_alpha A / T, chi, and the mean force over T, which a real record has and nobody wants to know. Given X_s and chi the
+//! others are linear: a coarse grid over the two, with the linear ones eliminated, finds where to start, so that the
+//! ill-conditioned valley between X_s and kappa is entered at its bottom.
+
+use super::least_squares::{Minimum, Problem, minimise};
+use super::record::Record;
+use super::{CHI_OFFSET, Iwan, NAMES};
+use crate::error::{Error, Kind};
+use nalgebra::{DVector, Matrix3, SMatrix, Vector3};
+use std::fmt;
+
+/// chi is looked for in this range.
+const CHI_RANGE: [f64; 2] = [1.0, 12.0];
+/// X_s over the amplitude, likewise.
+const X_RANGE: [f64; 2] = [1e-3, 20.0];
+/// The starting grid.
+const CHI_GRID: [f64; 10] = [1.0, 1.15, 1.4, 1.7, 2.0, 2.5, 3.2, 4.5, 7.0, 12.0];
+const X_GRID: i32 = 48;
+/// Minima of the grid that are followed.
+const STARTS: usize = 5;
+/// At most so many points are used for the grid.
+const GRID_POINTS: usize = 1000;
+/// Fewer points per direction than this, or in gross slip, leave the fit to chance.
+const FEW_POINTS: usize = 25;
+const FEW_GROSS: usize = 5;
+/// A standard error beyond this part of the parameter (of 1 for kappa) is no determination.
+const ILL: f64 = 0.1;
+/// Neighbouring residuals more alike than this are not noise alone.
+const CORRELATED: f64 = 0.3;
+/// A sum of squares at the 95 % point of chi^2 with one degree of freedom above the least is still likely.
+const LIKELY: f64 = 3.841_459;
+/// Residuals below this part of the force range are rounding.
+const ROUNDING: f64 = 1e-9;
+/// Number of unknowns.
+const UNKNOWNS: usize = 5;
+
+/// Something that the user of the parameters has to know.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Warning {
+    /// The data do not show that gross slip was reached: the parameters are an extrapolation.
+    NoGrossSlip {
+        /// X_s over the amplitude, as fitted.
+        reach: f64,
+    },
+    /// So few points in one direction.
+    FewPoints(usize),
+    /// So few points in gross slip.
+    FewGrossSlipPoints(usize),
+    /// Parameter `index` has this standard error, relative (kappa: absolute).
+    IllDetermined {
+        /// Index into [`NAMES`].
+        index: usize,
+        /// The standard error.
+        error: f64,
+    },
+    /// chi stands at an end of its range.
+    ChiAtBound(f64),
+    /// Neighbouring residuals are alike, with this correlation: the loop is not quite one of the model.
+    Misfit(f64),
+}
+
+impl Warning {
+    /// True when the parameters must not be used as they are.
+    pub fn is_severe(&self) -> bool {
+        matches!(self, Warning::NoGrossSlip { .. })
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Warning::NoGrossSlip { reach } => write!(
+                out,
+                "no gross slip in the data (X_s would be {reach:.2} amplitudes, or may be): F_s, X_s, k_alpha and kappa are \
+                 an extrapolation; measure with a larger amplitude"
+            ),
+            Warning::FewPoints(count) => {
+                write!(
+                    out,
+                    "only {count} points in one direction, {FEW_POINTS} are few"
+                )
+            }
+            Warning::FewGrossSlipPoints(count) => write!(
+                out,
+                "only {count} points in gross slip: k_alpha and F_s rest on them"
+            ),
+            Warning::IllDetermined { index: 3, error } => {
+                write!(out, "kappa is ill-determined: standard error {error:.2}")
+            }
+            Warning::IllDetermined { index, error } => write!(
+                out,
+                "{} is ill-determined: standard error {:.0} %",
+                NAMES[*index],
+                100.0 * error
+            ),
+            Warning::ChiAtBound(chi) => write!(
+                out,
+                "chi = {chi} is the end of the range that was searched: the loop has another shape"
+            ),
+            Warning::Misfit(correlation) => write!(
+                out,
+                "neighbouring residuals are alike (correlation {correlation:.2}): the loop is not quite of this model; \
+                 the standard errors allow for it"
+            ),
+        }
+    }
+}
+
+/// A joint identified from a record.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The parameters.
+    pub joint: Iwan,
+    /// Mean force, about which the loop lies.
+    pub offset: f64,
+    /// Standard errors of F_s, X_s, k_alpha, kappa.
+    pub standard_errors: [f64; 4],
+    /// 95 % intervals of the same.
+    pub intervals: [[f64; 2]; 4],
+    /// Measured minus fitted force, for the points of the loop, branch after branch.
+    pub residuals: Vec<f64>,
+    /// Their root mean square.
+    pub rms: f64,
+    /// What has to be known before the parameters are used.
+    pub warnings: Vec<Warning>,
+}
+
+impl Fit {
+    /// False when the parameters are an extrapolation.
+    pub fn is_reliable(&self) -> bool {
+        !self.warnings.iter().any(Warning::is_severe)
+    }
+}
+
+impl Record {
+    /// The four parameters by least squares over all branches at once.
+    ///
+    /// The standard errors take the residuals for noise in the force; when neighbouring residuals are alike they are
+    /// enlarged for the smaller number of independent ones.
+    ///
+    /// # Errors
+    /// [`Kind::BadInput`] when no curve of the model resembles the data.
+    pub fn least_squares(&self) -> Result<Fit, Error> {
+        let scaled = Scaled::new(self, X_RANGE);
+        let best = scaled
+            .starts()
+            .into_iter()
+            .map(|start| minimise(&scaled, start))
+            .min_by(|a, b| a.sum.total_cmp(&b.sum))
+            .ok_or_else(|| bad("no start for the search"))?;
+        let mut fit = self.fit_at(&scaled, &best)?;
+        fit.warnings = self.warnings(&fit, &scaled, &best);
+        Ok(fit)
+    }
+
+    /// Least squares from known parameters, for data that differ little from those that gave them (resampling): nothing is
+    /// searched, and no warnings are looked for.
+    ///
+    /// # Errors
+    /// As [`Record::least_squares`].
+    pub fn least_squares_from(&self, start: &Fit) -> Result<Fit, Error> {
+        let scaled = Scaled::new(self, X_RANGE);
+        let start = scaled.unknowns(&start.joint, start.offset);
+        self.fit_at(&scaled, &minimise(&scaled, start))
+    }
+
+    /// Measured minus modelled force for the points of the loop, branch after branch.
+    pub fn residuals(&self, joint: &Iwan, offset: f64) -> Vec<f64> {
+        let scaled = Scaled::new(self, X_RANGE);
+        let unknowns = scaled.unknowns(joint, offset);
+        let mut gradient = [0.0; UNKNOWNS];
+        (0..scaled.count())
+            .map(|index| -scaled.residual(&unknowns, index, &mut gradient) * scaled.unit)
+            .collect()
+    }
+
+    /// The fit that a minimum stands for.
+    fn fit_at(&self, scaled: &Scaled, best: &Minimum) -> Result<Fit, Error> {
+        let (joint, offset) = scaled.joint(&best.parameters)?;
+        let residuals = self.residuals(&joint, offset);
+        let count = residuals.len();
+        let degrees = (count - UNKNOWNS) as f64;
+        let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
+        let variance = self.variance(scaled, best, &residuals);
+        let covariance = best
+            .normal
+            .clone()
+            .try_inverse()
+            .ok_or_else(|| bad("the data do not determine the parameters at all"))?
+            * variance;
+        let error = |index: usize| covariance[(index, index)].max(0.0).sqrt();
+        let log_error = error(1);
+        let stiffness = scaled.unit / self.amplitude;
+        let standard_errors = [
+            error(0) * scaled.unit,
+            log_error * joint.displacement,
+            error(2) * stiffness,
+            error(3),
+        ];
+        let t = student(degrees);
+        let parameters = joint.parameters();
+        let intervals = std::array::from_fn(|index| {
+            let (value, half) = (parameters[index], t * standard_errors[index]);
+            match index {
+                // X_s is estimated by its logarithm.
+                1 => [
+                    value * (-t * log_error).exp(),
+                    value * (t * log_error).exp(),
+                ],
+                _ => [value - half, value + half],
+            }
+        });
+        Ok(Fit {
+            joint,
+            offset,
+            standard_errors,
+            intervals,
+            residuals,
+            rms,
+            warnings: Vec::new(),
+        })
+    }
+
+    /// The variance to reckon with: that of the residuals, enlarged where they go together, because then they count as
+    /// n (1 - c)/(1 + c) independent ones.
+    fn variance(&self, scaled: &Scaled, best: &Minimum, residuals: &[f64]) -> f64 {
+        let count = residuals.len() as f64;
+        let correlation = self.correlation(scaled, residuals);
+        let inflation = if correlation > 3.0 / count.sqrt() {
+            (1.0 + correlation) / (1.0 - correlation).max(1e-3)
+        } else {
+            1.0
+        };
+        best.sum / (count - UNKNOWNS as f64) * inflation
+    }
+
+    /// Correlation of neighbouring residuals, branch by branch; none where all is rounding.
+    fn correlation(&self, scaled: &Scaled, residuals: &[f64]) -> f64 {
+        let mut rest = residuals;
+        let (mut product, mut square) = (0.0, 0.0);
+        for branch in &self.branches {
+            let (ours, others) = rest.split_at(branch.points.len());
+            product += ours.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+            square += ours.iter().map(|r| r * r).sum::<f64>();
+            rest = others;
+        }
+        let rounding = residuals.len() as f64 * (ROUNDING * scaled.unit).powi(2);
+        if square <= rounding {
+            return 0.0;
+        }
+        (product / square).clamp(-1.0, 1.0)
+    }
+
+    /// What has to be known before the parameters are used.
+    fn warnings(&self, fit: &Fit, scaled: &Scaled, best: &Minimum) -> Vec<Warning> {
+        let correlation = self.correlation(scaled, &fit.residuals);
+        let variance = self.variance(scaled, best, &fit.residuals);
+        let mut warnings = Vec::new();
+        let reach = fit.joint.displacement / self.amplitude;
+        let gross = scaled.points.iter().filter(|p| p.distance >= reach).count();
+        // Gross slip is shown when every curve without it fits worse than chance allows.
+        let without = Scaled {
+            x_range: [1.0, X_RANGE[1]],
+            ..scaled.clone()
+        };
+        let least_without = || {
+            let starts = without.starts().into_iter();
+            let sums = starts.map(|start| minimise(&without, start).sum);
+            sums.fold(f64::INFINITY, f64::min)
+        };
+        let rounding = (scaled.points.len() as f64) * ROUNDING * ROUNDING;
+        if reach >= 1.0
+            || gross == 0
+            || least_without() - best.sum <= LIKELY * variance.max(rounding)
+        {
+            warnings.push(Warning::NoGrossSlip { reach });
+        } else if gross < 2 * FEW_GROSS {
+            warnings.push(Warning::FewGrossSlipPoints(gross));
+        }
+        let up = scaled.points.iter().filter(|p| p.sign > 0.0).count();
+        let fewest = up.min(scaled.points.len() - up);
+        if fewest < FEW_POINTS {
+            warnings.push(Warning::FewPoints(fewest));
+        }
+        for (index, value) in fit.joint.parameters().into_iter().enumerate() {
+            let scale = match index {
+                3 => 1.0,
+                // A residual stiffness may well be zero: measured by the secant of the loop.
+                2 => value.abs().max(0.1 * scaled.unit / self.amplitude),
+                _ => value.abs(),
+            };
+            let error = fit.standard_errors[index] / scale;
+            if error > ILL {
+                warnings.push(Warning::IllDetermined { index, error });
+            }
+        }
+        let chi = fit.joint.chi();
+        if chi <= CHI_RANGE[0] + 1e-9 || chi >= CHI_RANGE[1] - 1e-9 {
+            warnings.push(Warning::ChiAtBound(chi));
+        }
+        if correlation > CORRELATED {
+            warnings.push(Warning::Misfit(correlation));
+        }
+        warnings
+    }
+}
+
+fn bad(words: &str) -> Error {
+    Error::new(Kind::BadInput, format!("force: {words}"))
+}
+
+/// The 97.5 % point of Student's distribution, by its expansion about the normal one.
+pub(super) fn student(degrees: f64) -> f64 {
+    let z: f64 = 1.959_963_985;
+    let z2 = z * z;
+    let first = (z2 + 1.0) / 4.0;
+    let second = ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
+    let third = (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
+    z * (1.0 + (first + (second + third / degrees) / degrees) / degrees)
+}
+
+/// One point of the loop, scaled.
+#[derive(Clone, Debug)]
+struct Point {
+    sign: f64,
+    /// Half the distance from the reversal, over the amplitude: 0 to 1.
+    distance: f64,
+    /// Amplitude of this branch over the mean one.
+    amplitude: f64,
+    /// Displacement from the centre over the amplitude.
+    displacement: f64,
+    force: f64,
+}
+
+/// The record in units of its amplitude and its half force range.
+#[derive(Clone, Debug)]
+struct Scaled {
+    points: Vec<Point>,
+    amplitude: f64,
+    unit: f64,
+    x_range: [f64; 2],
+}
+
+/// f(s) = 1 - (1 - s)^chi with its derivatives by s and chi.
+fn shape(s: f64, chi: f64) -> [f64; 3] {
+    if s >= 1.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let log = (-s).ln_1p();
+    let rest = (chi * log).exp();
+    [-(chi * log).exp_m1(), chi * rest / (1.0 - s), -rest * log]
+}
+
+impl Scaled {
+    fn new(record: &Record, x_range: [f64; 2]) -> Self {
+        let amplitude = record.amplitude;
+        let indices = record.branches.iter().flat_map(|b| &b.points);
+        let (low, high) = indices.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &i| {
+            (low.min(record.force[i]), high.max(record.force[i]))
+        });
+        // Half of each first: the difference of huge forces could overflow.
+        let unit = 0.5 * high - 0.5 * low;
+        let points = record.branches.iter().flat_map(|branch| {
+            let sign = branch.direction.sign();
+            branch.points.iter().map(move |&index| {
+                let x = record.displacement[index];
+                Point {
+                    sign,
+                    distance: (0.5 * sign * (x - branch.start) / amplitude).max(0.0),
+                    amplitude: branch.amplitude / amplitude,
+                    displacement: (x - record.centre) / amplitude,
+                    force: record.force[index] / unit,
+                }
+            })
+        });
+        Scaled {
+            points: points.collect(),
+            amplitude,
+            unit,
+            x_range,
+        }
+    }
+
+    /// F_s / T, ln(X_s / A), k_alpha A / T, chi, mean force / T.
+    fn unknowns(&self, joint: &Iwan, offset: f64) -> DVector<f64> {
+        DVector::from_column_slice(&[
+            joint.force / self.unit,
+            (joint.displacement / self.amplitude).ln(),
+            joint.residual * self.amplitude / self.unit,
+            joint.chi(),
+            offset / self.unit,
+        ])
+    }
+
+    fn joint(&self, unknowns: &DVector<f64>) -> Result<(Iwan, f64), Error> {
+        let joint = Iwan::new([
+            unknowns[0] * self.unit,
+            unknowns[1].exp() * self.amplitude,
+            unknowns[2] * self.unit / self.amplitude,
+            unknowns[3] - CHI_OFFSET,
+        ]);
+        let joint = joint.map_err(|_| {
+            bad("the loop dissipates nothing, or turns the wrong way: no joint resembles it")
+        })?;
+        Ok((joint, unknowns[4] * self.unit))
+    }
+
+    /// Starting points: the best local minima of the grid.
+    fn starts(&self) -> Vec<DVector<f64>> {
+        let [low, high] = self.x_range.map(f64::ln);
+        let stride = self.points.len().div_ceil(GRID_POINTS);
+        let columns = CHI_GRID.len();
+        let cells: Vec<(f64, DVector<f64>)> = (0..=X_GRID)
+            .flat_map(|k| {
+                let log_x = low + (high - low) * f64::from(k) / f64::from(X_GRID);
+                CHI_GRID.map(|chi| self.linear(log_x, chi, stride))
+            })
+            .collect();
+        let sum = |row: usize, column: usize| cells[row * columns + column].0;
+        let rows = cells.len() / columns;
+        let mut minima: Vec<&(f64, DVector<f64>)> = Vec::new();
+        for row in 0..rows {
+            for column in 0..columns {
+                let here = sum(row, column);
+                let lowest = (row.saturating_sub(1)..=(row + 1).min(rows - 1)).all(|r| {
+                    (column.saturating_sub(1)..=(column + 1).min(columns - 1))
+                        .all(|c| sum(r, c) >= here)
+                });
+                if lowest {
+                    minima.push(&cells[row * columns + column]);
+                }
+            }
+        }
+        minima.sort_by(|a, b| a.0.total_cmp(&b.0));
+        minima
+            .into_iter()
+            .take(STARTS)
+            .map(|(_, start)| start.clone())
+            .collect()
+    }
+
+    /// Best F_s, k_alpha and mean force for given X_s and chi: the sum of squares and the unknowns.
+    fn linear(&self, log_x: f64, chi: f64, stride: usize) -> (f64, DVector<f64>) {
+        let x = log_x.exp();
+        let mut matrix = Matrix3::zeros();
+        let mut right = Vector3::zeros();
+        let mut square = 0.0;
+        for p in self.points.iter().step_by(stride) {
+            let friction = 2.0 * shape(p.distance / x, chi)[0] - shape(p.amplitude / x, chi)[0];
+            let row = Vector3::new(p.sign * friction, p.displacement, 1.0);
+            matrix += row * row.transpose();
+            right += row * p.force;
+            square += p.force * p.force;
+        }
+        let solution = matrix
+            .cholesky()
+            .map_or_else(Vector3::zeros, |c| c.solve(&right));
+        // A friction force must be positive.
+        let sum = if solution[0] > 0.0 {
+            square - solution.dot(&right)
+        } else {
+            square
+        };
+        let unknowns = [solution[0].max(1e-6), log_x, solution[1], chi, solution[2]];
+        (sum, DVector::from_column_slice(&unknowns))
+    }
+}
+
+impl Problem for Scaled {
+    fn residual(&self, unknowns: &DVector<f64>, index: usize, gradient: &mut [f64]) -> f64 {
+        let p = &self.points[index];
+        let [force, log_x, residual, chi, offset] =
+            [0, 1, 2, 3, 4].map(|unknown| unknowns[unknown]);
+        let x = log_x.exp();
+        let (s, end) = (p.distance / x, p.amplitude / x);
+        let (here, there) = (shape(s, chi), shape(end, chi));
+        let friction = 2.0 * here[0] - there[0];
+        gradient.copy_from_slice(&[
+            p.sign * friction,
+            -p.sign * force * (2.0 * here[1] * s - there[1] * end),
+            p.displacement,
+            p.sign * force * (2.0 * here[2] - there[2]),
+            1.0,
+        ]);
+        p.sign * force * friction + residual * p.displacement + offset - p.force
+    }
+
+    fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        vec![
+            [0.0, f64::INFINITY],
+            self.x_range.map(f64::ln),
+            free,
+            CHI_RANGE,
+            free,
+        ]
+    }
+}
+
+/// Least squares for `intercept_0`, `intercept_1` and a common slope: points (side, x, y). Returns the three, their standard
+/// errors and the root mean square of the residuals.
+pub(super) fn two_lines(points: &[(usize, f64, f64)]) -> Option<([f64; 3], [f64; 3], f64)> {
+    let mut matrix = SMatrix::<f64, 3, 3>::zeros();
+    let mut right = Vector3::zeros();
+    let row = |side: usize, x: f64| {
+        let mut row = Vector3::new(0.0, 0.0, x);
+        row[side] = 1.0;
+        row
+    };
+    for &(side, x, y) in points {
+        matrix += row(side, x) * row(side, x).transpose();
+        right += row(side, x) * y;
+    }
+    let inverse = matrix.try_inverse()?;
+    let solution = inverse * right;
+    let square: f64 = points
+        .iter()
+        .map(|&(side, x, y)| (y - solution.dot(&row(side, x))).powi(2))
+        .sum();
+    let variance = square / points.len().checked_sub(3).filter(|n| *n > 0)? as f64;
+    let errors = [0, 1, 2].map(|k| (inverse[(k, k)] * variance).max(0.0).sqrt());
+    Some((solution.into(), errors, variance.sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_those_of_the_residual() {
+        let point = |sign: f64, distance: f64| Point {
+            sign,
+            distance,
+            amplitude: 1.0,
+            displacement: sign * (2.0 * distance - 1.0),
+            force: 0.1,
+        };
+        let scaled = Scaled {
+            points: vec![point(1.0, 0.1), point(-1.0, 0.3), point(1.0, 0.9)],
+            amplitude: 1.0,
+            unit: 1.0,
+            x_range: X_RANGE,
+        };
+        for log_x in [-0.8, 0.3] {
+            let at = DVector::from_column_slice(&[0.8, log_x, 0.2, 1.7, 0.01]);
+            let mut gradient = [0.0; UNKNOWNS];
+            let mut unused = [0.0; UNKNOWNS];
+            for index in 0..scaled.count() {
+                scaled.residual(&at, index, &mut gradient);
+                for k in 0..UNKNOWNS {
+                    let h = 1e-6;
+                    let (mut above, mut below) = (at.clone(), at.clone());
+                    above[k] += h;
+                    below[k] -= h;
+                    let rise = scaled.residual(&above, index, &mut unused)
+                        - scaled.residual(&below, index, &mut unused);
+                    assert!((rise / (2.0 * h) - gradient[k]).abs() < 1e-8);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn student_of_the_tables() {
+        for (degrees, table) in [(10.0, 2.228), (30.0, 2.042), (100.0, 1.984)] {
+            assert!((student(degrees) - table).abs() < 2e-3);
+        }
+    }
+}

@@ -1,0 +1,371 @@
+//! Measured data cut into branches: from one reversal of the displacement to the next.
+
+use super::Direction;
+use crate::error::{Error, Kind};
+
+/// A change of direction counts as a reversal when the displacement comes back by this part of its whole range;
+/// less is noise, or a nested loop.
+const REVERSAL: f64 = 0.2;
+/// A branch this long, as a part of the whole range, belongs to the loop; shorter ones are first loading or smaller loops.
+const COMPLETE: f64 = 0.9;
+/// What starts or ends this close, as a part of the whole range, starts or ends at the same place.
+const SAME: f64 = 0.02;
+/// Forces this close, as a part of their whole range, close the loop.
+const CLOSED: f64 = 0.05;
+/// Five unknowns (the parameters and the mean force) need some points on each side.
+const MIN_POINTS: usize = 8;
+
+/// A stretch of data between two reversals.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// Which way it goes.
+    pub direction: Direction,
+    /// Displacement at the reversal where it starts.
+    pub start: f64,
+    /// Half the distance from there to the reversal at its end.
+    pub amplitude: f64,
+    /// The points, as indices into the record, in their order.
+    pub points: Vec<usize>,
+}
+
+/// A displacement-force record: one or more cycles about any centre, in the order of time.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Displacements.
+    pub displacement: Vec<f64>,
+    /// Forces.
+    pub force: Vec<f64>,
+    /// The branches of the loop; first loading and smaller loops are left out.
+    pub branches: Vec<Branch>,
+    /// Half the distance between the reversals, mean of all branches.
+    pub amplitude: f64,
+    /// The middle between the reversals.
+    pub centre: f64,
+}
+
+impl Record {
+    /// Finds the reversals and the branches between them.
+    ///
+    /// # Errors
+    /// [`Kind::BadInput`]: lengths that differ, numbers that are not finite, no loop in the data (no branch in one of the
+    /// directions, or fewer than eight points on it).
+    pub fn new(displacement: &[f64], force: &[f64]) -> Result<Self, Error> {
+        if displacement.len() != force.len() {
+            return Err(bad(format!(
+                "{} displacements and {} forces: must be as many",
+                displacement.len(),
+                force.len()
+            )));
+        }
+        for (name, values) in [("displacement", displacement), ("force", force)] {
+            if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+                let value = values[index];
+                return Err(bad(format!("{name}[{index}] = {value}: must be finite")));
+            }
+        }
+        let [low, high] = range(displacement);
+        let length = high - low;
+        if !length.is_normal() || !(2.0 * length).is_finite() {
+            return Err(bad(format!(
+                "displacement = {low} .. {high} in {} points: no loop, the displacement does not move",
+                displacement.len()
+            )));
+        }
+        let force_range = range(force);
+        if !(force_range[1] - force_range[0]).is_normal() {
+            return Err(bad(format!(
+                "force = {} throughout: no loop",
+                force_range[0]
+            )));
+        }
+        let branches = branches(displacement, force);
+        for direction in [Direction::Loading, Direction::Unloading] {
+            let ours = branches.iter().filter(|b| b.direction == direction);
+            let points: usize = ours.map(|b| b.points.len()).sum();
+            if points < MIN_POINTS {
+                return Err(bad(format!(
+                    "n = {}: {points} points on a {direction:?} branch of the loop: at least {MIN_POINTS} are needed in each \
+                     direction, between reversals that are one loop apart",
+                    displacement.len()
+                )));
+            }
+        }
+        let count = branches.len() as f64;
+        let amplitude = branches.iter().map(|b| b.amplitude).sum::<f64>() / count;
+        // Branch by branch the middle lies half a branch after its start.
+        let middle = branches
+            .iter()
+            .map(|b| b.start + b.direction.sign() * b.amplitude);
+        Ok(Record {
+            displacement: displacement.to_vec(),
+            force: force.to_vec(),
+            amplitude,
+            centre: middle.sum::<f64>() / count,
+            branches,
+        })
+    }
+
+    /// The same record with other forces, for resampling.
+    pub fn with_force(&self, force: Vec<f64>) -> Self {
+        Record {
+            force,
+            ..self.clone()
+        }
+    }
+
+    /// Points that belong to the loop.
+    pub fn points(&self) -> usize {
+        self.branches.iter().map(|b| b.points.len()).sum()
+    }
+
+    /// Energy of one cycle as measured: the mean work of the loading branches plus that of the unloading ones.
+    pub fn loop_area(&self) -> f64 {
+        let work = |direction| {
+            let ours: Vec<f64> = self
+                .branches
+                .iter()
+                .filter(|b| b.direction == direction && self.reach(b) > COMPLETE)
+                .map(|b| self.work(b))
+                .collect();
+            ours.iter().sum::<f64>() / ours.len() as f64
+        };
+        let both = work(Direction::Loading) + work(Direction::Unloading);
+        if both.is_finite() {
+            return both;
+        }
+        // One direction was not recorded to its end: the other one, about the mean force, is half of the loop.
+        let one = [Direction::Loading, Direction::Unloading].map(|direction| {
+            let half = work(direction);
+            2.0 * (half - direction.sign() * 2.0 * self.amplitude * self.mean_force())
+        });
+        one.into_iter().find(|w| w.is_finite()).unwrap_or(f64::NAN)
+    }
+
+    /// The middle of the forces.
+    fn mean_force(&self) -> f64 {
+        let [low, high] = range(&self.force);
+        0.5 * (low + high)
+    }
+
+    /// Part of its length that the branch's points cover.
+    fn reach(&self, branch: &Branch) -> f64 {
+        let x = |index: &usize| self.displacement[*index];
+        let first = branch.points.first().map_or(branch.start, x);
+        let last = branch.points.last().map_or(branch.start, x);
+        // Measured from the first point: a branch without its start has no full work either.
+        (last - first).abs() / (2.0 * branch.amplitude)
+    }
+
+    /// Work along a branch by trapezoids, from the reversal (the point before the first one).
+    fn work(&self, branch: &Branch) -> f64 {
+        let before = branch.points.first().and_then(|first| first.checked_sub(1));
+        let from = before.filter(|&index| self.displacement[index] == branch.start);
+        let all: Vec<usize> = from
+            .into_iter()
+            .chain(branch.points.iter().copied())
+            .collect();
+        all.windows(2)
+            .map(|pair| {
+                let dx = self.displacement[pair[1]] - self.displacement[pair[0]];
+                0.5 * (self.force[pair[0]] + self.force[pair[1]]) * dx
+            })
+            .sum()
+    }
+}
+
+fn bad(message: String) -> Error {
+    Error::new(Kind::BadInput, message)
+}
+
+/// Least and greatest value.
+fn range(values: &[f64]) -> [f64; 2] {
+    values
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &value| {
+            [low.min(value), high.max(value)]
+        })
+}
+
+/// Indices where the displacement turns.
+fn reversals(x: &[f64], threshold: f64) -> Vec<usize> {
+    let mut turns = Vec::new();
+    // The extreme reached since the last turn; the direction is known once the first threshold is passed.
+    let (mut lowest, mut highest) = (0, 0);
+    let mut direction = None;
+    for (index, &value) in x.iter().enumerate() {
+        if value > x[highest] {
+            highest = index;
+        }
+        if value < x[lowest] {
+            lowest = index;
+        }
+        let rises = value - x[lowest] >= threshold;
+        let falls = x[highest] - value >= threshold;
+        if rises && direction != Some(Direction::Loading) {
+            if direction.is_some() {
+                turns.push(lowest);
+            }
+            direction = Some(Direction::Loading);
+            highest = index;
+        } else if falls && direction != Some(Direction::Unloading) {
+            if direction.is_some() {
+                turns.push(highest);
+            }
+            direction = Some(Direction::Unloading);
+            lowest = index;
+        }
+    }
+    turns
+}
+
+/// The branches that belong to the largest loop.
+fn branches(x: &[f64], force: &[f64]) -> Vec<Branch> {
+    let [low, high] = range(x);
+    let length = high - low;
+    let turns = reversals(x, REVERSAL * length);
+    let (Some(&first_turn), Some(&last_turn)) = (turns.first(), turns.last()) else {
+        return Vec::new();
+    };
+    let direction = |from: f64, to: f64| {
+        if to > from {
+            Direction::Loading
+        } else {
+            Direction::Unloading
+        }
+    };
+    let mut found: Vec<Branch> = Vec::new();
+    for pair in turns.windows(2) {
+        let (start, end) = (x[pair[0]], x[pair[1]]);
+        if (end - start).abs() >= COMPLETE * length {
+            found.push(Branch {
+                direction: direction(start, end),
+                start,
+                amplitude: 0.5 * (end - start).abs(),
+                points: (pair[0] + 1..=pair[1]).collect(),
+            });
+        }
+    }
+
+    // Before the first turn: a branch of the loop if it starts where the loop turns.
+    let head = direction(x[0], x[first_turn]);
+    let other_end = match head {
+        Direction::Loading => low,
+        Direction::Unloading => high,
+    };
+    let turn_is_full = |index: usize| {
+        let nearest = (x[index] - low).abs().min((x[index] - high).abs());
+        nearest <= (1.0 - COMPLETE) * length
+    };
+    let head_is_full = (x[0] - other_end).abs() <= SAME * length && turn_is_full(first_turn);
+    if head_is_full {
+        found.insert(
+            0,
+            Branch {
+                direction: head,
+                start: other_end,
+                amplitude: 0.5 * (x[first_turn] - other_end).abs(),
+                points: (0..=first_turn).collect(),
+            },
+        );
+    }
+    // After the last turn: its start is known even if the record ends half way.
+    let last = x.len() - 1;
+    if turn_is_full(last_turn) && last > last_turn {
+        let start = x[last_turn];
+        let tail = direction(start, x[last]);
+        let reached = 0.5 * (x[last] - start).abs();
+        let usual = found.last().map_or(0.5 * length, |b| b.amplitude);
+        let complete = reached >= (1.0 - SAME) * usual;
+        let mut points: Vec<usize> = (last_turn + 1..=last).collect();
+        // A record of one steady cycle may start anywhere: then its first points complete the last branch.
+        let closes = tail == head
+            && !head_is_full
+            && (x[last] - x[0]).abs() <= SAME * length
+            && (force[last] - force[0]).abs() <= CLOSED * (range(force)[1] - range(force)[0]);
+        if closes && turn_is_full(first_turn) {
+            points.extend(0..=first_turn);
+        }
+        found.push(Branch {
+            direction: tail,
+            start,
+            amplitude: if complete { reached } else { usual },
+            points,
+        });
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cosine(cycles: f64, steps: usize, phase: f64) -> Vec<f64> {
+        (0..=(cycles * steps as f64) as usize)
+            .map(|k| -((k as f64 / steps as f64 + phase) * std::f64::consts::TAU).cos())
+            .collect()
+    }
+
+    #[test]
+    fn three_cycles_have_six_branches() {
+        let x = cosine(3.0, 100, 0.0);
+        let branches = branches(&x, &x);
+        assert_eq!(branches.len(), 6);
+        assert_eq!(
+            branches.iter().map(|b| b.points.len()).sum::<usize>(),
+            x.len()
+        );
+        for (k, b) in branches.iter().enumerate() {
+            assert_eq!(b.direction == Direction::Loading, k % 2 == 0);
+            assert_eq!((b.start.abs(), b.amplitude), (1.0, 1.0));
+        }
+    }
+
+    #[test]
+    fn first_loading_is_left_out() {
+        // From 0 to the first peak, then a full cycle; the force of first loading is not that of the loop.
+        let x = cosine(1.25, 100, 0.25);
+        let mut force = x.clone();
+        force[0] = 5.0;
+        let branches = branches(&x, &force);
+        assert_eq!(branches.len(), 2);
+        assert_eq!(branches[0].points[0], 26);
+    }
+
+    #[test]
+    fn one_cycle_from_the_middle_closes() {
+        let x = cosine(1.0, 100, 0.25);
+        let branches = branches(&x, &x);
+        assert_eq!(branches.len(), 2);
+        assert_eq!(
+            branches.iter().map(|b| b.points.len()).sum::<usize>(),
+            x.len()
+        );
+    }
+
+    #[test]
+    fn noise_does_not_turn() {
+        let mut x = cosine(2.0, 400, 0.0);
+        let mut random = 1u32;
+        for value in &mut x {
+            random = random.wrapping_mul(1664525).wrapping_add(1013904223);
+            *value += 0.02 * (f64::from(random) / f64::from(u32::MAX) - 0.5);
+        }
+        assert_eq!(branches(&x, &x).len(), 4);
+    }
+
+    #[test]
+    fn what_is_no_loop_is_refused() {
+        let line: Vec<f64> = (0..50).map(f64::from).collect();
+        for (x, force, word) in [
+            (line.clone(), line.clone(), "Loading"),
+            (vec![1.0; 50], line.clone(), "does not move"),
+            (cosine(1.0, 50, 0.0), vec![2.0; 51], "no loop"),
+            (line.clone(), vec![f64::NAN; 50], "force[0]"),
+            (line.clone(), vec![0.0; 3], "as many"),
+            (Vec::new(), Vec::new(), "0 points"),
+        ] {
+            let message = Record::new(&x, &force).unwrap_err().message;
+            assert!(message.contains(word), "{message}");
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Rigid stick for a host that enforces it with Lagrange multipliers (method 2).
+//!
+//! The host finds the traction that keeps the point from slipping; the law says whether Coulomb's limit allows
+//! it. Only the direction of slip is remembered, as the deflection of a memory that slips as a whole.
+
+use crate::error::Error;
+use crate::law::{Law, Response, check_finite};
+use crate::memory::{Curve, Matrix, Vector, onto_limit};
+use crate::state::Contact;
+
+/// What the point does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rigid<const N: usize> {
+    /// It sticks: the multiplier is the traction.
+    Stick,
+    /// It slips (or is open) with this traction.
+    Slip(Response<N>),
+}
+
+impl<const N: usize> Law<N> {
+    /// Decides between stick and slip.
+    ///
+    /// `sticks`: the host held the point in this iteration, so `multiplier` is its traction. Otherwise the point
+    /// slips by `slip_increment`, and sticks again when that turns against the slip before, unless the multiplier
+    /// has just reached the limit in the new direction. `state1` is written only on success.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a corrupt state.
+    pub fn lagrange(
+        &self,
+        sticks: bool,
+        multiplier: &Vector<N>,
+        slip_increment: &Vector<N>,
+        pressure: f64,
+        state0: &[f64],
+        state1: &mut [f64],
+    ) -> Result<Rigid<N>, Error> {
+        let mut memory = Curve::new();
+        let mut header = self.layout().read(state0, self.grid(), &mut memory)?;
+        check_finite(&"pressure", pressure)?;
+        check_finite(&"multiplier", multiplier.sum())?;
+        check_finite(&"slip_increment", slip_increment.sum())?;
+        let before: Vector<N> = memory.base().last().copied().unwrap_or_else(Vector::zeros);
+        let limit = self.properties().mu * pressure.max(0.0);
+        let beyond = multiplier.norm() >= limit;
+        let slip = slip_increment.norm();
+        let stays = if pressure <= 0.0 {
+            false
+        } else if sticks {
+            !beyond
+        } else if slip == 0.0 {
+            before.norm_squared() == 0.0
+        } else {
+            let turned = slip_increment.dot(&before) < 0.0;
+            turned && !(beyond && multiplier.dot(slip_increment) > 0.0)
+        };
+        let lost = header.stored;
+        header.stored = 0.0;
+        header.pressure = pressure.max(0.0);
+        memory.forget();
+        if stays {
+            header.contact = Contact::Stick;
+            header.dissipated += lost;
+            self.layout().write(&header, Some(&memory), state1);
+            return Ok(Rigid::Stick);
+        }
+        let along = if sticks {
+            multiplier
+        } else if slip == 0.0 {
+            &before
+        } else {
+            slip_increment
+        };
+        let direction = if pressure > 0.0 && along.norm() > 0.0 {
+            onto_limit(1.0, along)
+        } else {
+            Vector::zeros()
+        };
+        memory.saturate(&direction, self.grid().nodes());
+        header.contact = if pressure > 0.0 {
+            Contact::GrossSlip
+        } else {
+            Contact::Open
+        };
+        let traction = direction * limit;
+        let dissipated = traction.dot(slip_increment) + lost;
+        header.dissipated += dissipated;
+        header.slip_length += if pressure > 0.0 { slip } else { 0.0 };
+        let turning = if slip > 0.0 && !sticks {
+            limit / slip
+        } else {
+            0.0
+        };
+        check_finite(&"accumulated dissipation", header.dissipated)?;
+        self.layout().write(&header, Some(&memory), state1);
+        Ok(Rigid::Slip(Response {
+            traction,
+            dtraction_dslip: (Matrix::identity() - direction * direction.transpose()) * turning,
+            dtraction_dpressure: direction * self.properties().mu,
+            stored: 0.0,
+            dissipated,
+            contact: header.contact,
+            memory_full: false,
+        }))
+    }
+}

@@ -1,0 +1,38 @@
+//! Friction with memory for finite-element contact.
+//!
+//! The friction traction of a contact point follows mu p f(g / gcr) at first loading and remembers every
+//! reversal after that: nested loops close, a larger loop wipes out the smaller ones, and the traction never
+//! exceeds mu p. See `docs/theory.md` for the law and its derivation.
+//!
+//! FE codes load this crate as a shared library (`include/mepc.h`, `include/mepc.f90`, and the user-subroutine
+//! symbols); Rust programs use [`Law`].
+//!
+//! ```
+//! use mepc::{Law, Vector};
+//!
+//! let props = [0.3, 0.002, 2.5]; // mu, gcr (mm), chi
+//! let law = Law::<1>::new(&props, 25)?;
+//! let gcr = law.critical_slip(0.0)?;
+//! let (start, mut end) = ([0.0; 25], [0.0; 25]);
+//! let response = law.friction(gcr, &Vector::<1>::new(0.001), 100.0, &start, &mut end)?;
+//! assert!((response.traction[0] - 30.0 * 0.823223).abs() < 1e-4);
+//! # Ok::<(), mepc::Error>(())
+//! ```
+#![deny(unsafe_code)]
+
+pub mod backbone;
+mod error;
+#[allow(unsafe_code)]
+pub mod ffi;
+pub mod iwan;
+mod lagrange;
+mod law;
+mod memory;
+mod properties;
+pub mod state;
+
+pub use error::{Error, Kind};
+pub use lagrange::Rigid;
+pub use law::{InterfaceResponse, Law, RIGID, Response, default_state_size};
+pub use memory::{Matrix, Vector};
+pub use properties::{COMMON, Method, PressureRule, Properties};

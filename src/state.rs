@@ -1,0 +1,328 @@
+//! The state array: one layout for every host (STATEV, internal state variables).
+//!
+//! A header of [`HEADER`] numbers, the base-grid deflections (ndir each), the floating knots (1 + ndir each:
+//! r, then e), zeros. All zeros is the virgin state.
+
+use crate::error::{Error, Kind};
+use crate::memory::{self, Curve, Grid, Vector};
+
+/// Numbers before the memory curve.
+pub const HEADER: usize = 8;
+/// The most knots a base grid may have.
+pub const MAX_BASE: usize = 64;
+/// The most floating knots that are used, however long the array.
+pub const MAX_FLOATING: usize = 64;
+/// Floating knots in a state of default size.
+const DEFAULT_FLOATING: usize = 8;
+/// Fewer floating knots cannot hold a reversal and the branch that follows it.
+const MIN_FLOATING: usize = 2;
+/// The most numbers a state uses.
+pub const MAX_USED: usize = HEADER + 2 * MAX_BASE + 3 * MAX_FLOATING;
+
+/// A deflection longer than its slip limit by more than this part is not a state.
+const DEFLECTION_TOLERANCE: f64 = 1e-9;
+/// Knots closer than this in r are no knots of ours, and a slope between them would be noise.
+const CLOSEST: f64 = 1e-15;
+/// Rounding leaves this much; only what exceeds it is worth a projection.
+const DEFLECTION_ROUNDING: f64 = 1e-13;
+
+const HEADER_NAMES: [&str; HEADER] = [
+    "ContactStatus",
+    "Pressure",
+    "StoredEnergy",
+    "DissipatedEnergy",
+    "SlipLength",
+    "TangentialJump1",
+    "TangentialJump2",
+    "FloatingKnots",
+];
+
+/// Where the contact stands (the number in the state).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Contact {
+    /// Open, or never closed.
+    #[default]
+    Open = 0,
+    /// No more than a hundredth of the stiffness has slipped.
+    Stick = 1,
+    /// Part of the slip elements slip.
+    MicroSlip = 2,
+    /// All slip elements slip.
+    GrossSlip = 3,
+}
+
+/// The first numbers of a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Header {
+    /// Where the contact stands.
+    pub contact: Contact,
+    /// Pressure at the end of the last increment.
+    pub pressure: f64,
+    /// Elastic energy held by the contact, per area.
+    pub stored: f64,
+    /// Energy dissipated so far, per area.
+    pub dissipated: f64,
+    /// Length of the slip path while closed.
+    pub slip_length: f64,
+    /// Tangential jump at the last increment (interface form).
+    pub jump: [f64; 2],
+}
+
+/// How a state of a given length is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Numbers in the array.
+    pub nstate: usize,
+    /// Tangential directions.
+    pub ndir: usize,
+    /// Base knots B (1 for one direction).
+    pub base: usize,
+    /// Floating knots F that fit.
+    pub floating: usize,
+}
+
+impl Layout {
+    /// The layout for `ndir` directions with `base` knots in an array of `nstate` numbers.
+    ///
+    /// # Errors
+    /// [`Kind::BadState`] when fewer than two floating knots fit.
+    pub fn new(ndir: usize, base: usize, nstate: usize) -> Result<Self, Error> {
+        let least = Self::size(ndir, base, MIN_FLOATING);
+        if nstate < least {
+            return Err(Error::new(
+                Kind::BadState,
+                format!(
+                    "nstate = {nstate}: {ndir} tangential direction(s) with {base} base knot(s) need at \
+                     least {least} state variables, {} by default",
+                    Self::default_size(ndir, base)
+                ),
+            ));
+        }
+        let floating = (nstate - HEADER - base * ndir) / (1 + ndir);
+        Ok(Layout {
+            nstate,
+            ndir,
+            base,
+            floating: floating.min(MAX_FLOATING),
+        })
+    }
+
+    fn size(ndir: usize, base: usize, floating: usize) -> usize {
+        HEADER + base * ndir + floating * (1 + ndir)
+    }
+
+    /// Numbers of the array that are used; the rest stays zero.
+    pub fn used(&self) -> usize {
+        Self::size(self.ndir, self.base, self.floating)
+    }
+
+    /// The default length of the array.
+    pub fn default_size(ndir: usize, base: usize) -> usize {
+        Self::size(ndir, base, DEFAULT_FLOATING)
+    }
+
+    /// The name of slot `index` (0-based), None past the end.
+    pub fn slot_name(&self, index: usize) -> Option<String> {
+        let floats = HEADER + self.base * self.ndir;
+        let end = floats + self.floating * (1 + self.ndir);
+        Some(if index >= self.nstate {
+            return None;
+        } else if index < HEADER {
+            HEADER_NAMES[index].to_string()
+        } else if index < floats {
+            let at = index - HEADER;
+            format!("Base{}_{}", at / self.ndir + 1, at % self.ndir + 1)
+        } else if index < end {
+            let at = index - floats;
+            let knot = at / (1 + self.ndir) + 1;
+            match at % (1 + self.ndir) {
+                0 => format!("Knot{knot}_r"),
+                direction => format!("Knot{knot}_e{direction}"),
+            }
+        } else {
+            format!("Unused{}", index - end + 1)
+        })
+    }
+
+    /// Reads and checks a state, of which the used part is enough.
+    // Inlined: a header that travels through memory costs more than the whole check.
+    #[inline(always)]
+    pub(crate) fn read<const N: usize>(
+        &self,
+        state: &[f64],
+        grid: &Grid,
+        curve: &mut Curve<N>,
+    ) -> Result<Header, Error> {
+        let Some(state) = state.get(..self.used()) else {
+            return Err(Error::new(
+                Kind::BadState,
+                format!("state0 has {} numbers, not {}", state.len(), self.nstate),
+            ));
+        };
+        if !all_finite(state) {
+            let index = state.iter().position(|x| !x.is_finite()).unwrap_or(0);
+            return Err(self.bad(state, index, "finite"));
+        }
+        let contact = match state[0] {
+            0.0 => Contact::Open,
+            1.0 => Contact::Stick,
+            2.0 => Contact::MicroSlip,
+            3.0 => Contact::GrossSlip,
+            _ => return Err(self.bad(state, 0, "0, 1, 2 or 3")),
+        };
+        if state[1] < 0.0 {
+            return Err(self.bad(state, 1, ">= 0"));
+        }
+        let count = state[7] as usize;
+        if count as f64 != state[7] || count > self.floating {
+            let allowed = format!("a whole number from 0 to {}", self.floating);
+            return Err(self.bad(state, 7, &allowed));
+        }
+        let (base, floating) = state[HEADER..].split_at(self.base * N);
+        let floating = &floating[..count * (1 + N)];
+        for (k, (node, e)) in grid.nodes().iter().zip(base.chunks_exact(N)).enumerate() {
+            match deflection(node.r, e) {
+                Some(e) => curve.push_base(e),
+                None => return Err(self.bad_deflection(state, HEADER + k * N, node.r)),
+            }
+        }
+        let (mut previous, mut above) = (0.0, 0);
+        for (index, knot) in floating.chunks_exact(1 + N).enumerate() {
+            let slot = HEADER + self.base * N + index * (1 + N);
+            let r = knot[0];
+            while grid.nodes()[above].r <= r && above + 1 < self.base {
+                previous = grid.nodes()[above].r;
+                above += 1;
+            }
+            if !(r - previous >= CLOSEST && grid.nodes()[above].r - r >= CLOSEST) {
+                return Err(self.bad(
+                    state,
+                    slot,
+                    "above the knot before it and between knots of the base grid",
+                ));
+            }
+            previous = r;
+            match deflection(r, &knot[1..]) {
+                Some(e) => curve.push_floating(r, e, above),
+                None => return Err(self.bad_deflection(state, slot + 1, r)),
+            }
+        }
+        Ok(Header {
+            contact,
+            pressure: state[1],
+            stored: state[2],
+            dissipated: state[3],
+            slip_length: state[4],
+            jump: [state[5], state[6]],
+        })
+    }
+
+    /// Writes a state; `curve` None is an empty memory.
+    #[inline]
+    pub(crate) fn write<const N: usize>(
+        &self,
+        header: &Header,
+        curve: Option<&Curve<N>>,
+        state: &mut [f64],
+    ) {
+        state[0] = f64::from(header.contact as u8);
+        state[1] = header.pressure;
+        state[2] = header.stored;
+        state[3] = header.dissipated;
+        state[4] = header.slip_length;
+        state[5] = header.jump[0];
+        state[6] = header.jump[1];
+        state[7] = 0.0;
+        let mut base = HEADER;
+        let mut floating = HEADER + self.base * N;
+        if let Some(curve) = curve {
+            for e in curve.base() {
+                state[base..base + N].copy_from_slice(e.as_slice());
+                base += N;
+            }
+            for knot in curve.floating() {
+                state[floating] = knot.r;
+                state[floating + 1..floating + 1 + N].copy_from_slice(knot.e.as_slice());
+                floating += 1 + N;
+            }
+            state[7] = curve.floating().len() as f64;
+        } else {
+            state[base..floating].fill(0.0);
+        }
+        state[floating..].fill(0.0);
+    }
+
+    /// The error for a number that no state holds there.
+    #[cold]
+    fn bad(&self, state: &[f64], index: usize, allowed: &str) -> Error {
+        Error::new(
+            Kind::BadState,
+            format!(
+                "state[{index}] {} = {:?}: must be {allowed}",
+                self.slot_name(index).unwrap_or_default(),
+                state[index]
+            ),
+        )
+    }
+
+    /// The error for a deflection that starts at `index`: not finite, or beyond its slip limit.
+    #[cold]
+    fn bad_deflection(&self, state: &[f64], index: usize, limit: f64) -> Error {
+        let vector = &state[index..index + self.ndir];
+        match vector.iter().position(|x| !x.is_finite()) {
+            Some(component) => self.bad(state, index + component, "finite"),
+            None => {
+                let allowed = format!("part of a deflection no longer than its slip limit {limit}");
+                self.bad(state, index, &allowed)
+            }
+        }
+    }
+}
+
+/// Whether all are finite: x * 0 is NaN exactly where x is not. Several sums, so that none waits for another.
+#[inline]
+fn all_finite(values: &[f64]) -> bool {
+    let (chunks, rest) = values.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for chunk in chunks {
+        for (sum, x) in sums.iter_mut().zip(chunk) {
+            *sum += x * 0.0;
+        }
+    }
+    sums.iter().sum::<f64>() == 0.0 && rest.iter().all(|x| x.is_finite())
+}
+
+/// The deflection of a knot; None when it is longer than its slip limit r by more than a restart file or a
+/// rotation can leave, projected when by less.
+#[inline]
+fn deflection<const N: usize>(r: f64, e: &[f64]) -> Option<Vector<N>> {
+    let e = Vector::<N>::from_column_slice(e);
+    let (length2, limit2) = (e.norm_squared(), r * r);
+    if length2 <= limit2 * (1.0 + DEFLECTION_ROUNDING) {
+        Some(e)
+    } else if length2 <= limit2 * (1.0 + DEFLECTION_TOLERANCE) * (1.0 + DEFLECTION_TOLERANCE) {
+        Some(memory::onto_limit(r, &e))
+    } else {
+        None
+    }
+}
+
+/// Turns the vectors of a state with the tangential directions: `rotation[i][j]` takes direction j to i.
+pub fn rotate(layout: &Layout, rotation: &[[f64; 2]; 2], state: &mut [f64]) {
+    let turn = |v: &mut [f64]| {
+        let (a, b) = (v[0], v[1]);
+        v[0] = rotation[0][0] * a + rotation[0][1] * b;
+        v[1] = rotation[1][0] * a + rotation[1][1] * b;
+    };
+    if layout.ndir != 2 || state.len() != layout.nstate {
+        return;
+    }
+    turn(&mut state[5..7]);
+    let (base, floating) = state[HEADER..].split_at_mut(2 * layout.base);
+    base.chunks_exact_mut(2).for_each(turn);
+    floating
+        .chunks_exact_mut(3)
+        .take(layout.floating)
+        .for_each(|knot| turn(&mut knot[1..]));
+}

@@ -1,0 +1,683 @@
+//! The real boundary: the built shared library, loaded at run time and called by its C signatures.
+
+mod support;
+
+use mepc::{Law, Vector};
+use std::collections::BTreeSet;
+use std::ptr::{null, null_mut};
+use support::native::*;
+use support::{least_state, segalman, unit, with};
+
+#[test]
+fn exported_symbols_are_the_frozen_ones() {
+    let library = library_path();
+    let nm = std::process::Command::new("nm")
+        .args(["-D", "--defined-only"])
+        .arg(&library)
+        .output()
+        .expect("nm, which comes with the linker");
+    assert!(
+        nm.status.success(),
+        "{}",
+        String::from_utf8_lossy(&nm.stderr)
+    );
+    let listing = String::from_utf8(nm.stdout).expect("text");
+    let exported: BTreeSet<&str> = listing
+        .lines()
+        .filter_map(|line| line.split_whitespace().nth(2))
+        .collect();
+    let frozen = std::fs::read_to_string("tests/symbols.txt").expect("the list of symbols");
+    let frozen: BTreeSet<&str> = frozen
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .collect();
+    let differences: Vec<_> = exported.symmetric_difference(&frozen).collect();
+    assert!(differences.is_empty(), "new or gone: {differences:?}");
+    for needed in ["mepc_friction", "mepc_interface", "fric_", "fric"] {
+        assert!(exported.contains(needed), "{needed}");
+    }
+}
+
+#[test]
+fn versions_and_messages() {
+    // SAFETY: no arguments, or a number.
+    let (abi, version, message) = unsafe {
+        let native = native();
+        let message = |status| text((native.mepc_status_message)(status)).expect("never NULL");
+        let messages: Vec<String> = [
+            0,
+            MEMORY_FULL,
+            NULL_POINTER,
+            BAD_PROPERTY,
+            BAD_STATE,
+            BAD_INPUT,
+            INTERNAL,
+            99,
+        ]
+        .map(message)
+        .to_vec();
+        (
+            (native.mepc_abi_version)(),
+            text((native.mepc_version)()),
+            messages,
+        )
+    };
+    assert_eq!(abi, 1);
+    assert_eq!(version.as_deref(), Some(env!("CARGO_PKG_VERSION")));
+    assert!(message.iter().all(|words| !words.is_empty()));
+    assert_eq!(message.iter().collect::<BTreeSet<_>>().len(), message.len());
+}
+
+#[test]
+fn last_error_is_empty_at_first_and_belongs_to_its_thread() {
+    let mine = || new_law(&[0.3], 1, 25).0;
+    let thread = std::thread::spawn(move || {
+        assert_eq!(last_error(), "");
+        assert_eq!(mine(), BAD_PROPERTY);
+        let text = last_error();
+        // A success does not touch it.
+        NativeLaw::new(&props(), 1);
+        assert_eq!(last_error(), text);
+        text
+    });
+    let there = thread.join().expect("no panic");
+    assert_eq!(new_law(&[0.3, 0.002], 7, 25).0, BAD_INPUT);
+    assert_ne!(last_error(), there);
+}
+
+/// Calls mepc_law_new; the law, if any, is released by the caller's NativeLaw.
+fn new_law(props: &[f64], ndir: i32, nstate: i32) -> (i32, LawPointer) {
+    let marker = 0x55 as LawPointer;
+    let mut law = marker;
+    // SAFETY: as many properties as said, and a place for the law.
+    let status = unsafe {
+        (native().mepc_law_new)(
+            props.as_ptr(),
+            props.len() as i32,
+            ndir,
+            nstate,
+            &raw mut law,
+        )
+    };
+    assert_eq!(
+        law == marker,
+        status != 0,
+        "the law is written on success only"
+    );
+    (status, law)
+}
+
+#[test]
+fn bad_properties_are_named_with_their_values() {
+    let good = props();
+    let refused = |number: usize, value: f64, name: &str| {
+        let bad = with(&good, number, value);
+        assert_eq!(new_law(&bad, 2, 64).0, BAD_PROPERTY, "{name} = {value}");
+        let text = last_error();
+        assert!(
+            text.contains(&format!("PROPS({number}) {name} = {value}")),
+            "{text}"
+        );
+    };
+    for value in [-0.1, f64::NAN, f64::INFINITY] {
+        refused(1, value, "mu");
+        refused(2, value, "gcr");
+        refused(6, value, "fraction");
+        refused(7, value, "kn");
+    }
+    for value in [0.99, 0.0, -0.5, f64::NAN, f64::INFINITY] {
+        refused(3, value, "chi");
+    }
+    for (number, name) in [(4, "method"), (5, "pressure_rule"), (10, "backbone")] {
+        for value in [-1.0, 0.5, 3.0, f64::NAN] {
+            refused(number, value, name);
+        }
+    }
+    refused(2, 0.0, "gcr"); // no characteristic length here
+    refused(6, 0.0, "fraction");
+    for value in [f64::NAN, f64::NEG_INFINITY] {
+        refused(8, value, "gap0");
+    }
+    for value in [0.0, 65.0, 2.5, -1.0, f64::NAN] {
+        refused(9, value, "base_knots");
+    }
+    refused(11, 0.5, "beta");
+    refused(12, 1.0, "reserved");
+    // Segalman's backbone: the default chi does not do, beta >= 0.
+    let segalman = with(&with(&good, 10, 1.0), 3, -0.5);
+    assert!(matches!(new_law(&segalman, 1, 25), (0, law) if { free(law); true }));
+    for (number, value, name) in [
+        (3, 2.5, "chi"),
+        (3, -1.0, "chi"),
+        (3, 0.1, "chi"),
+        (11, -0.1, "beta"),
+        (11, f64::NAN, "beta"),
+    ] {
+        assert_eq!(
+            new_law(&with(&segalman, number, value), 1, 25).0,
+            BAD_PROPERTY,
+            "{name} = {value}"
+        );
+        assert!(
+            last_error().contains(&format!("PROPS({number}) {name} = {value}")),
+            "{}",
+            last_error()
+        );
+    }
+    for short in [&good[..0], &good[..1]] {
+        assert_eq!(new_law(short, 1, 25).0, BAD_PROPERTY);
+        assert!(
+            last_error().contains(&format!("nprops = {}", short.len())),
+            "{}",
+            last_error()
+        );
+    }
+}
+
+fn free(law: LawPointer) {
+    // SAFETY: from mepc_law_new, used no more.
+    unsafe { (native().mepc_law_free)(law) }
+}
+
+#[test]
+fn limits_of_nprops_ndir_and_nstate() {
+    let good = props();
+    for ndir in [0, 3, -1, i32::MAX, i32::MIN] {
+        assert_eq!(new_law(&good, ndir, 64).0, BAD_INPUT);
+        assert!(
+            last_error().contains(&format!("ndir = {ndir}")),
+            "{}",
+            last_error()
+        );
+        assert_eq!(state_size(&good, ndir), BAD_INPUT);
+    }
+    for (ndir, least) in [
+        (1, least_state(1, 1) as i32),
+        (2, least_state(2, 16) as i32),
+    ] {
+        for nstate in [least - 1, 1, 0, -1, i32::MIN] {
+            assert_eq!(new_law(&good, ndir, nstate).0, BAD_STATE);
+            assert!(last_error().contains("nstate = "), "{}", last_error());
+        }
+        assert!(
+            last_error().contains(&least.to_string()),
+            "{}",
+            last_error()
+        );
+        for nstate in [least, least + 1, 1000] {
+            let (status, law) = new_law(&good, ndir, nstate);
+            assert_eq!(status, 0);
+            free(law);
+        }
+    }
+    assert_eq!((least_state(1, 1), least_state(2, 16)), (13, 46));
+    // A host's own entries follow the common ones.
+    let mut long = with(&good, 12, 0.0);
+    long.extend([9.0, f64::NAN, -3.0]);
+    let (status, law) = new_law(&long, 2, 64);
+    assert_eq!(status, 0, "{}", last_error());
+    free(law);
+    // SAFETY: negative and null are refused before anything is read; NULL is released without effect.
+    unsafe {
+        let mut law = null_mut();
+        assert_eq!(
+            (native().mepc_law_new)(good.as_ptr(), -1, 1, 25, &raw mut law),
+            BAD_INPUT
+        );
+        assert!(last_error().contains("nprops = -1"), "{}", last_error());
+        assert_eq!(
+            (native().mepc_law_new)(null(), 3, 1, 25, &raw mut law),
+            NULL_POINTER
+        );
+        assert!(last_error().contains("props"), "{}", last_error());
+        assert_eq!(
+            (native().mepc_law_new)(good.as_ptr(), 3, 1, 25, null_mut()),
+            NULL_POINTER
+        );
+        assert!(last_error().contains("law"), "{}", last_error());
+        assert!(law.is_null());
+        assert_eq!((native().mepc_state_size)(null(), 3, 1), NULL_POINTER);
+        assert_eq!((native().mepc_state_size)(good.as_ptr(), -1, 1), BAD_INPUT);
+        (native().mepc_law_free)(null_mut());
+    }
+}
+
+fn state_size(props: &[f64], ndir: i32) -> i32 {
+    // SAFETY: as many properties as said.
+    unsafe { (native().mepc_state_size)(props.as_ptr(), props.len() as i32, ndir) }
+}
+
+#[test]
+fn state_size_is_the_default_of_the_table() {
+    assert_eq!(state_size(&unit(2.5), 1), 25);
+    assert_eq!(state_size(&unit(2.5), 2), 64);
+    assert_eq!(state_size(&segalman(-0.5, 0.0), 2), 64);
+    for base in [1, 7, 64] {
+        let props = with(&unit(2.5), 9, f64::from(base));
+        assert_eq!(state_size(&props, 1), 25);
+        assert_eq!(state_size(&props, 2), 8 + 2 * base + 8 * 3);
+    }
+    // A host with a characteristic length asks before it knows the length.
+    assert_eq!(state_size(&[0.3, 0.0], 2), 64);
+    assert_eq!(state_size(&[-0.3, 0.002], 1), BAD_PROPERTY);
+    assert_eq!(state_size(&[0.3], 1), BAD_PROPERTY);
+}
+
+#[test]
+fn state_names_are_the_table() {
+    let header = [
+        "ContactStatus",
+        "Pressure",
+        "StoredEnergy",
+        "DissipatedEnergy",
+        "SlipLength",
+        "TangentialJump1",
+        "TangentialJump2",
+        "FloatingKnots",
+    ];
+    for (ndir, base, nstate) in [
+        (1, 1, 25),
+        (2, 16, 64),
+        (2, 3, 25),
+        (1, 1, 300),
+        (2, 16, 48),
+    ] {
+        let law = NativeLaw::with_state_size(&with(&unit(2.5), 9, base as f64), ndir, nstate);
+        let base = if ndir == 1 { 1 } else { base };
+        let mut expected: Vec<String> = header.map(String::from).to_vec();
+        for knot in 1..=base {
+            expected.extend((1..=ndir).map(|direction| format!("Base{knot}_{direction}")));
+        }
+        for knot in 1..=((nstate - expected.len()) / (1 + ndir)).min(64) {
+            expected.push(format!("Knot{knot}_r"));
+            expected.extend((1..=ndir).map(|direction| format!("Knot{knot}_e{direction}")));
+        }
+        // SAFETY: a law.
+        let name = |index: i32| text(unsafe { (native().mepc_state_name)(law.pointer, index) });
+        let names: Vec<String> = (0..).map_while(name).collect();
+        assert_eq!(names.len(), nstate);
+        assert_eq!(names[..expected.len()], expected[..]);
+        assert_eq!(
+            names.iter().collect::<BTreeSet<_>>().len(),
+            nstate,
+            "names are unique"
+        );
+        for past in [nstate as i32, -1, i32::MAX, i32::MIN] {
+            assert_eq!(name(past), None);
+        }
+    }
+    // SAFETY: NULL is allowed.
+    let name = unsafe { (native().mepc_state_name)(null_mut(), 0) };
+    assert_eq!(text(name), None);
+}
+
+/// A state in the middle of a history.
+fn used_state(law: &NativeLaw) -> Vec<f64> {
+    let mut state = vec![0.0; law.nstate];
+    for slip in [1.6e-3, -2.0e-3, 1.1e-3, -0.6e-3] {
+        let out = law.friction(&vec![slip; law.ndir], 40.0, &mut state);
+        assert_eq!(out.status, 0);
+    }
+    assert!(state[7] >= 3.0);
+    state
+}
+
+#[test]
+fn friction_null_rules_and_canaries() {
+    for ndir in [1, 2] {
+        let law = NativeLaw::new(&props(), ndir);
+        let (slip, state0) = (vec![4e-4; ndir], used_state(&law));
+        let call = || FrictionCall::new(&law, &slip, 50.0, &state0);
+        let mut all = call();
+        assert_eq!(all.call(), 0);
+        let expected: Vec<Vec<f64>> = all
+            .outputs
+            .iter()
+            .flatten()
+            .map(|output| output.values().to_vec())
+            .collect();
+        assert!(
+            all.outputs
+                .iter()
+                .flatten()
+                .all(|output| !output.untouched())
+        );
+        assert!(
+            expected
+                .iter()
+                .flatten()
+                .all(|x| x.is_finite() && x.abs() < 1e9),
+            "all of it was written"
+        );
+
+        // What may be NULL changes nothing else.
+        for left_out in 0..8 {
+            let mut some = call();
+            for (bit, output) in [2, 3, 4].into_iter().enumerate() {
+                if left_out & (1 << bit) != 0 {
+                    some.outputs[output] = None;
+                }
+            }
+            assert_eq!(some.call(), 0);
+            for (output, expected) in some.outputs.iter().zip(&expected) {
+                assert!(
+                    output
+                        .as_ref()
+                        .is_none_or(|output| output.values() == expected)
+                );
+            }
+        }
+        // What may not: -1, the argument's name, nothing written.
+        let refused = |name: &str, change: &dyn Fn(&mut FrictionCall)| {
+            let mut bad = call();
+            change(&mut bad);
+            assert_eq!(bad.call(), NULL_POINTER, "{name}");
+            assert!(
+                last_error().contains(&format!("{name} = NULL")),
+                "{}",
+                last_error()
+            );
+            assert!(bad.untouched(), "{name}");
+        };
+        refused("law", &|bad| bad.law = null_mut());
+        refused("slip_increment", &|bad| bad.slip = None);
+        refused("state0", &|bad| bad.state0 = None);
+        refused("state1", &|bad| bad.outputs[0] = None);
+        refused("traction", &|bad| bad.outputs[1] = None);
+    }
+}
+
+#[test]
+fn interface_null_rules_and_canaries() {
+    for ndir in [1, 2] {
+        let law = NativeLaw::new(&props(), ndir);
+        let (opening, state0) = ([-5e-3, 4e-4, -3e-4], used_state(&law));
+        let opening = &opening[..=ndir];
+        let call = || InterfaceCall::new(&law, opening, &state0);
+        let mut all = call();
+        assert_eq!(all.call(), 0);
+        let expected: Vec<Vec<f64>> = all
+            .outputs
+            .iter()
+            .flatten()
+            .map(|output| output.values().to_vec())
+            .collect();
+        assert!(
+            all.outputs
+                .iter()
+                .flatten()
+                .all(|output| !output.untouched())
+        );
+        for left_out in 0..4 {
+            let mut some = call();
+            for (bit, output) in [2, 3].into_iter().enumerate() {
+                if left_out & (1 << bit) != 0 {
+                    some.outputs[output] = None;
+                }
+            }
+            assert_eq!(some.call(), 0);
+            for (output, expected) in some.outputs.iter().zip(&expected) {
+                assert!(
+                    output
+                        .as_ref()
+                        .is_none_or(|output| output.values() == expected)
+                );
+            }
+        }
+        let refused = |name: &str, change: &dyn Fn(&mut InterfaceCall)| {
+            let mut bad = call();
+            change(&mut bad);
+            assert_eq!(bad.call(), NULL_POINTER, "{name}");
+            assert!(
+                last_error().contains(&format!("{name} = NULL")),
+                "{}",
+                last_error()
+            );
+            assert!(bad.untouched(), "{name}");
+        };
+        refused("law", &|bad| bad.law = null_mut());
+        refused("opening", &|bad| bad.opening = None);
+        refused("state0", &|bad| bad.state0 = None);
+        refused("state1", &|bad| bad.outputs[0] = None);
+        refused("traction", &|bad| bad.outputs[1] = None);
+    }
+}
+
+#[test]
+fn bad_inputs_and_states_leave_the_outputs_alone() {
+    for ndir in [1, 2] {
+        let law = NativeLaw::new(&props(), ndir);
+        let (slip, state0) = (vec![4e-4; ndir], used_state(&law));
+        let refused = |status: i32, words: &str, call: &mut FrictionCall| {
+            assert_eq!(call.call(), status, "{words}");
+            assert!(last_error().contains(words), "{words}: {}", last_error());
+            assert!(call.untouched(), "{words}");
+        };
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            refused(
+                BAD_INPUT,
+                &format!("pressure = {value}"),
+                &mut FrictionCall::new(&law, &slip, value, &state0),
+            );
+            for index in 0..ndir {
+                let mut bad = slip.clone();
+                bad[index] = value;
+                let words = format!("slip_increment[{index}] = {value}");
+                refused(
+                    BAD_INPUT,
+                    &words,
+                    &mut FrictionCall::new(&law, &bad, 50.0, &state0),
+                );
+            }
+            for slot in 0..law.nstate {
+                let mut bad = state0.clone();
+                bad[slot] = value;
+                let words = format!("state[{slot}]");
+                refused(
+                    BAD_STATE,
+                    &words,
+                    &mut FrictionCall::new(&law, &slip, 50.0, &bad),
+                );
+            }
+            for index in 0..=ndir {
+                let mut bad = vec![-5e-3; 1 + ndir];
+                bad[index] = value;
+                let mut call = InterfaceCall::new(&law, &bad, &state0);
+                assert_eq!(call.call(), BAD_INPUT);
+                assert!(
+                    last_error().contains(&format!("{value}")),
+                    "{}",
+                    last_error()
+                );
+                assert!(call.untouched());
+            }
+        }
+        // Finite numbers whose results are not.
+        for (slip, pressure) in [(1e200, 50.0), (-1e300, 50.0), (4e-4, f64::MAX)] {
+            let slip = vec![slip; ndir];
+            let mut call = FrictionCall::new(&law, &slip, pressure, &state0);
+            assert_eq!(call.call(), BAD_INPUT);
+            assert!(call.untouched());
+        }
+        // The interface form needs a normal stiffness.
+        let no_normal = NativeLaw::new(&with(&props(), 7, 0.0), ndir);
+        let opening = vec![-5e-3; 1 + ndir];
+        let mut call = InterfaceCall::new(&no_normal, &opening, &state0);
+        assert_eq!(call.call(), BAD_PROPERTY);
+        assert!(last_error().contains("kn = 0"), "{}", last_error());
+        assert!(call.untouched());
+        // The law and the state are as good as before.
+        let mut good = FrictionCall::new(&law, &slip, 50.0, &state0);
+        assert_eq!(good.call(), 0);
+    }
+}
+
+#[test]
+fn memory_full_is_an_advice_and_the_outputs_are_written() {
+    let law = NativeLaw::with_state_size(&props(), 1, least_state(1, 1));
+    let mut state = vec![0.0; law.nstate];
+    let mut statuses = Vec::new();
+    let mut at = 0.0;
+    for k in 0..8 {
+        let target = 0.0018 * (-0.8f64).powi(k);
+        let before = state.clone();
+        let slip = [target - at];
+        let mut call = FrictionCall::new(&law, &slip, 50.0, &before);
+        statuses.push(call.call());
+        assert!(
+            call.outputs
+                .iter()
+                .flatten()
+                .all(|output| !output.untouched())
+        );
+        state.copy_from_slice(call.outputs[0].as_ref().expect("state1").values());
+        at = target;
+    }
+    assert_eq!(statuses[..2], [0, 0]);
+    assert!(statuses[2..].contains(&MEMORY_FULL), "{statuses:?}");
+    assert!(
+        statuses
+            .iter()
+            .all(|status| [0, MEMORY_FULL].contains(status))
+    );
+}
+
+/// The C interface is the Rust one: same numbers, matrices row by row; state0 may be state1.
+#[test]
+fn the_library_is_the_crate() {
+    fn check<const N: usize>(props: &[f64], random: &mut fastrand::Rng) {
+        let native = NativeLaw::new(props, N);
+        let law = Law::<N>::new(props, native.nstate).expect("good properties");
+        let gcr = law.critical_slip(0.0).expect("gcr > 0");
+        let (mut mine, mut theirs) = (vec![0.0; native.nstate], vec![0.0; native.nstate]);
+        for (slip, pressure) in random_inputs(random, N, 300) {
+            let mut end = vec![0.0; native.nstate];
+            let slip_vector = Vector::<N>::from_column_slice(&slip);
+            let response = law
+                .friction(gcr, &slip_vector, pressure, &mine, &mut end)
+                .expect("valid");
+            mine = end;
+            // Aliased: the state is its own successor. Separate: as the watched outputs say.
+            let start = theirs.clone();
+            let mut separate = FrictionCall::new(&native, &slip, pressure, &start);
+            assert!(separate.call() >= 0);
+            let out = native.friction(&slip, pressure, &mut theirs);
+            assert_eq!(
+                separate.outputs[0].as_ref().expect("state1").values(),
+                theirs
+            );
+            assert_eq!(
+                separate.outputs[1].as_ref().expect("traction").values(),
+                out.traction
+            );
+
+            close(&theirs, &mine, 1e-9);
+            close(&out.traction, response.traction.as_slice(), 1e-9);
+            close(
+                &out.tangent,
+                response.dtraction_dslip.transpose().as_slice(),
+                1e-6,
+            );
+            close(
+                &out.dtraction_dpressure,
+                response.dtraction_dpressure.as_slice(),
+                1e-9,
+            );
+            close(&out.energy, &[response.stored, response.dissipated], 1e-9);
+            assert_eq!(out.status, i32::from(response.memory_full));
+
+            let normal = -0.011 * random.f64();
+            let mut opening = vec![normal];
+            opening.extend(&slip);
+            let (mut start, mut end) = (theirs.clone(), mine.clone());
+            let response = law
+                .interface(gcr, normal, &slip_vector, &mine, &mut end)
+                .expect("valid");
+            let out = native.interface(&opening, &mut start);
+            close(&start, &end, 1e-9);
+            let mut tangent = vec![response.normal_stiffness];
+            tangent.extend([0.0; N]);
+            for i in 0..N {
+                tangent.push(response.dtraction_dopening[i]);
+                tangent.extend(response.friction.dtraction_dslip.row(i).iter());
+            }
+            close(&out.tangent, &tangent, 1e-6);
+            assert_eq!(out.traction[0], response.normal_traction);
+            close(
+                &out.traction[1..],
+                response.friction.traction.as_slice(),
+                1e-9,
+            );
+            close(
+                &out.energy,
+                &[response.friction.stored, response.friction.dissipated],
+                1e-9,
+            );
+        }
+    }
+    // Two builds of one source may differ in the last bits.
+    fn close(a: &[f64], b: &[f64], part: f64) {
+        let scale = b.iter().fold(1.0, |largest: f64, x| largest.max(x.abs()));
+        assert_eq!(a.len(), b.len());
+        assert!(
+            a.iter().zip(b).all(|(a, b)| (a - b).abs() <= part * scale),
+            "{a:?} {b:?}"
+        );
+    }
+    let seed = 301;
+    println!("seed {seed}");
+    let mut random = fastrand::Rng::with_seed(seed);
+    for props in [
+        props(),
+        with(&props(), 5, 1.0),
+        with(&with(&props(), 10, 1.0), 3, -0.4),
+    ] {
+        check::<1>(&props, &mut random);
+        check::<2>(&props, &mut random);
+    }
+}
+
+#[test]
+fn several_threads_share_a_law() {
+    let law = NativeLaw::new(&props(), 2);
+    let history = random_inputs(&mut fastrand::Rng::with_seed(303), 2, 2000);
+    let run = || -> Vec<Outcome> {
+        let mut state = vec![0.0; law.nstate];
+        history
+            .iter()
+            .map(|(slip, pressure)| law.friction(slip, *pressure, &mut state))
+            .collect()
+    };
+    let expected = run();
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..4).map(|_| scope.spawn(run)).collect();
+        for worker in workers {
+            assert!(worker.join().expect("no panic") == expected);
+        }
+    });
+}
+
+/// However long the array: 64 floating knots are used, the rest is zero and not looked at.
+#[test]
+fn long_states_use_sixty_four_knots() {
+    for (ndir, used) in [(1, 8 + 1 + 64 * 2), (2, 8 + 32 + 64 * 3)] {
+        let law = NativeLaw::with_state_size(&props(), ndir, used + 50);
+        let mut state = vec![0.0; law.nstate];
+        let mut at = 0.0;
+        let mut last = 0;
+        for k in 0..90 {
+            let target = 0.0019 * (-0.97f64).powi(k);
+            last = law
+                .friction(
+                    &vec![(target - at) / (ndir as f64).sqrt(); ndir],
+                    50.0,
+                    &mut state,
+                )
+                .status;
+            at = target;
+        }
+        assert_eq!(state[7], 64.0);
+        assert_eq!(last, MEMORY_FULL);
+        assert!(state[used..].iter().all(|x| *x == 0.0));
+    }
+}

@@ -1,0 +1,150 @@
+!> Bad input to the routines of Abaqus: what they leave, and what they give instead. Their messages go to the host.
+program refusals
+    use history
+    use, intrinsic :: iso_fortran_env, only: int32, real64
+    implicit none
+    external :: uinter, vfric, vfriction
+    real(real64), parameter :: good(7) = [0.3_real64, 0.002_real64, 2.5_real64, 0.0_real64, 0.0_real64, 0.005_real64, &
+        1e5_real64]
+    real(real64), parameter :: turned(2, 2) = reshape([0, 1, -1, 0], [2, 2]), identity(2, 2) = reshape([1, 0, 0, 1], [2, 2])
+    real(real64) :: bad(7), none(30)
+    character(80), parameter :: ciname = 'BOLT', other = ''
+
+    none = 0
+    call refused_interface('FEW', good, 20_int32)
+    bad = good
+    bad(7) = 0
+    call refused_interface('NO-KN', bad, 64_int32)
+    call turned_interface()
+    call unpaired_interface()
+    call refused_pairs()
+    call refused_block()
+    print '(a)', 'done'
+
+contains
+
+    subroutine call_uinter(name, props, nstate, rdisp, drdisp, drot, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        character(*), intent(in) :: name
+        integer(int32), intent(in) :: nstate
+        real(real64), intent(in) :: props(:), rdisp(3), drdisp(3), drot(2, 2)
+        real(real64), intent(inout) :: stress(3), statev(:), ddsddr(3, 3), pnewdt, sfd
+        integer(int32), intent(inout) :: lopenclose
+        real(real64) :: amki(3, 3), amski(3, 3), flux(2), ddfddt(2, 2), ddsddt(3, 2), ddfddr(2, 3), sed, spd, svd, scd
+        integer(int32) :: lstate, lsdi
+        character(80) :: interaction
+
+        interaction = name
+        call uinter(stress, ddsddr, amki, amski, flux, ddfddt, ddsddt, ddfddr, statev, sed, sfd, spd, svd, scd, pnewdt, &
+            rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), 1.0_real64, 0.0_real64, interaction, other, &
+            other, props, none(:3), none(:9), drot, 1.0_real64, 0.0_real64, 7_int32, 3_int32, nstate, 1_int32, &
+            int(size(props), int32), 3_int32, 2_int32, 5_int32, 1_int32, 0_int32, lopenclose, lstate, lsdi, 0_int32)
+    end subroutine
+
+    subroutine refused_interface(name, props, nstate)
+        character(*), intent(in) :: name
+        real(real64), intent(in) :: props(:)
+        integer(int32), intent(in) :: nstate
+        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd
+        integer(int32) :: lopenclose
+
+        stress = [50, 3, -2]
+        statev = 0
+        pnewdt = 0.8_real64
+        lopenclose = 1
+        call call_uinter(name, props, nstate, [1e-3_real64, 1e-4_real64, 0.0_real64], &
+            [0.0_real64, 1e-4_real64, 0.0_real64], identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call expect(pnewdt == 0.5_real64, 'PNEWDT of a refusal')
+        call expect(all(stress == [50, 3, -2]) .and. all(statev == 0), 'a refusal leaves STRESS and STATEV')
+        call expect(sfd == 0 .and. all(abs(ddsddr) < huge(1.0_real64)), 'SFD and DDSDDR of a refusal')
+    end subroutine
+
+    !> The slip directions turn by a right angle: the remembered traction turns with them, also in a state that is longer
+    !> than what is used of it.
+    subroutine turned_interface()
+        real(real64) :: stress(3), statev(66), ddsddr(3, 3), pnewdt, sfd, slip(3), first(3)
+        integer(int32) :: lopenclose
+
+        statev = 0
+        pnewdt = 1
+        lopenclose = 0
+        slip = [1e-3_real64, 1e-3_real64, 2e-4_real64]
+        call call_uinter('BOLT', good, 66_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        first = stress
+        call expect(first(1) == 100 .and. first(2) > 0 .and. first(3) > 0 .and. lopenclose == 1, 'signs of UINTER')
+        call expect(ddsddr(1, 1) == good(7) .and. ddsddr(1, 2) == 0 .and. ddsddr(2, 1) > 0, 'signs of DDSDDR')
+        call call_uinter('BOLT', good, 66_int32, slip, none(:3), turned, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call expect(norm2(stress - [first(1), -first(3), first(2)]) < 1e-12_real64 * first(1), 'the traction turns')
+        call expect(norm2(statev(6:7) - [-slip(3), slip(2)]) < 1e-15_real64, 'the jump turns')
+        call expect(pnewdt == 1, 'no cutback')
+    end subroutine
+
+    !> A point without a partner is open, and what it held is dissipated.
+    subroutine unpaired_interface()
+        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd, slip(3), stored
+        integer(int32) :: lopenclose
+
+        statev = 0
+        pnewdt = 1
+        lopenclose = -1
+        slip = [1e-3_real64, 1e-3_real64, 2e-4_real64]
+        call call_uinter('BOLT', good, 64_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        stored = statev(3)
+        slip = [-1e36_real64, 1e36_real64, -1e36_real64]
+        call call_uinter('BOLT', good, 64_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call expect(all(stress == 0) .and. all(ddsddr == 0) .and. lopenclose == 0, 'an open point')
+        call expect(stored > 0 .and. sfd == stored .and. statev(3) == 0 .and. pnewdt == 1, 'energy of an open point')
+        call expect(abs(statev(6) - 1e-3_real64) < 1e-15_real64, 'the jump of an unpaired point')
+    end subroutine
+
+    !> Two contacts, of which the second names a node that is not there; then a state that is too short.
+    subroutine refused_pairs()
+        real(real64) :: force(2, 2), statev(64, 2), along(3, 2), slip(3, 2)
+
+        along = spread([1.0_real64, 0.0_real64, 0.0_real64], 2, 2)
+        slip = 1e-3_real64 * along
+        statev = 0
+        call call_vfric('NODE', [2_int32, 3_int32], 64_int32, slip, along, force, statev)
+        call expect(force(1, 1) < -1 .and. abs(force(2, 1)) < 1e-9_real64, 'friction against the slip')
+        call expect(all(force(:, 2) == 0), 'a contact without a node is frictionless')
+        call expect(all(statev(:, 1) == 0) .and. statev(1, 2) > 0, 'the state of the node in contact')
+        call call_vfric('SHORT', [1_int32, 2_int32], 30_int32, slip, along, force, statev)
+        call expect(all(force == 0), 'no state, no friction')
+        along(:, 1) = 0
+        call call_vfric('NOWHERE', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        call expect(all(force(:, 1) == 0) .and. force(1, 2) < -1, 'slip without a direction')
+    end subroutine
+
+    subroutine call_vfric(name, slave, nstate, slip, along, force, statev)
+        character(*), intent(in) :: name
+        integer(int32), intent(in) :: slave(2), nstate
+        real(real64), intent(in) :: slip(3, 2), along(3, 2)
+        real(real64), intent(inout) :: force(2, 2), statev(64, 2)
+        real(real64) :: f_normal(2), normal(3, 2)
+        character(80) :: interaction
+
+        interaction = name
+        normal = spread([0.0_real64, 0.0_real64, 1.0_real64], 2, 2)
+        f_normal = 200
+        force = untouched
+        call vfric(force, statev, 1_int32, 9_int32, 2_int32, 4_int32, 2_int32, 4_int32, 2_int32, 3_int32, nstate, 7_int32, &
+            0_int32, 0_int32, 1_int32, [11_int32, 12_int32], [11_int32, 12_int32], slave, [1_int32, 1_int32], 0.0_real64, &
+            0.0_real64, 1e-6_real64, interaction, other, other, 1_int32, slip, f_normal, none(:6), f_normal, 0.0_real64, &
+            none, none, none, along, normal, good, [2.0_real64, 2.0_real64], none, none, none, none)
+    end subroutine
+
+    !> An area of zero under load.
+    subroutine refused_block()
+        real(real64) :: force(1, 2), state(25, 1, 2), normal(2, 2), along(2, 2), slip(2, 2)
+
+        normal = spread([0.0_real64, 1.0_real64], 2, 2)
+        along = spread([1.0_real64, 0.0_real64], 2, 2)
+        slip = 1e-3_real64 * along
+        state = 0
+        call vfriction(force, state, 2_int32, 2_int32, 2_int32, 1_int32, 1_int32, 1_int32, 1_int32, 2_int32, 25_int32, &
+            7_int32, 0_int32, 0_int32, [3_int32, 4_int32, 1_int32], none(:4), ciname, other, other, [21_int32, 22_int32], &
+            [31_int32, 32_int32], good, slip, none, none, [200.0_real64, 200.0_real64], [0.0_real64, 2.0_real64], normal, &
+            along, none, none, none, none, none, none, none, none, none, none)
+        call expect(force(1, 1) == 0 .and. all(state(:, :, 1) == 0), 'no area, no friction')
+        call expect(force(1, 2) < -1, 'the contact with an area')
+    end subroutine
+end program

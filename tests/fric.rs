@@ -1,0 +1,750 @@
+//! The user friction routine of Abaqus/Standard, called as the host calls it: all 39 arguments and the hidden lengths.
+
+mod support;
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use std::process::{Command, Output};
+use support::fric::Call;
+use support::native::{CANARY, NativeLaw};
+use support::{Point, decades, least_state, power, signed, turned, with};
+
+const MU: f64 = 0.3;
+const GCR: f64 = 0.002;
+
+fn props() -> Vec<f64> {
+    power(MU, GCR, 2.5)
+}
+
+fn default_state(nfdir: usize) -> usize {
+    [25, 64][nfdir - 1]
+}
+
+fn point(nfdir: usize) -> Call {
+    Call::new(&props(), nfdir, default_state(nfdir))
+}
+
+/// Slips around the critical slip and pressures of a random history; closed all the time, as FRIC is called.
+fn history(seed: u64, nfdir: usize, count: usize) -> Vec<(Vec<f64>, f64)> {
+    println!("seed {seed}");
+    let mut random = fastrand::Rng::with_seed(seed);
+    (0..count)
+        .map(|_| {
+            let length = GCR * decades(&mut random, -2.0, 0.5);
+            let slip = (0..nfdir).map(|_| length * signed(&mut random)).collect();
+            (slip, decades(&mut random, 0.0, 2.0))
+        })
+        .collect()
+}
+
+/// A point in the middle of its history, with remembered reversals.
+fn used_point(props: &[f64], nfdir: usize) -> Call {
+    let mut point = Call::new(props, nfdir, default_state(nfdir));
+    for slip in [0.8, -0.9, 0.6, -0.3] {
+        point.step(&vec![slip * GCR; nfdir], 40.0);
+    }
+    point
+}
+
+#[test]
+fn it_is_the_friction_form_under_another_calling_convention() {
+    for (nfdir, rule) in [(1, 0.0), (2, 0.0), (1, 1.0), (2, 1.0)] {
+        for method in [0.0, 1.0] {
+            let props = with(&with(&props(), 4, method), 5, rule);
+            let nstate = default_state(nfdir);
+            let law = NativeLaw::with_state_size(&props, nfdir, nstate);
+            let mut state = vec![0.0; nstate];
+            let mut point = Call::new(&props, nfdir, nstate);
+            for (k, (slip, pressure)) in history(401, nfdir, 300).into_iter().enumerate() {
+                let front = 8 + if nfdir == 1 { 0 } else { 30 };
+                let before = state[front..front + nfdir].to_vec();
+                let expected = law.friction(&slip, pressure, &mut state);
+                // The traction comes from the memory, not from TAU on entry; both symbols are the same.
+                point.tau = vec![1e6 * k as f64; nfdir];
+                point = point.with(&slip, pressure);
+                point.run_symbol(k % 2);
+                assert_eq!((point.lm, point.pnewdt), (0, 1.0));
+                assert_eq!(point.tau, expected.traction);
+                assert_eq!(point.statev, state);
+                assert_eq!([point.sed, point.sfd], expected.energy);
+                assert_eq!(point.ddtddp, expected.dtraction_dpressure);
+                assert!(point.ddtddt.iter().all(|x| *x == 0.0));
+                for (row, column) in (0..nfdir).flat_map(|i| (0..nfdir).map(move |j| (i, j))) {
+                    let d = point.ddtddg[column * nfdir + row];
+                    assert_eq!(d, expected.tangent[row * nfdir + column]);
+                }
+                // The non-elastic part of the slip: what the last slip element did not take up.
+                for i in 0..nfdir {
+                    let elastic = GCR * (state[front + i] - before[i]);
+                    assert_abs_diff_eq!(
+                        point.dslip[i],
+                        slip[i] - elastic,
+                        epsilon = 1e-15 * GCR.max(slip[i].abs())
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Work-conjugate: DDTDDG > 0 in stick, TAU does work on what does not come back.
+#[test]
+fn stick_and_gross_slip() {
+    for nfdir in [1, 2] {
+        let mut point = point(nfdir);
+        let p = 30.0;
+        let mut first = vec![0.0; nfdir];
+        first[0] = 1e-6 * GCR;
+        point.step(&first, p);
+        assert_relative_eq!(point.ddtddg[0], MU * p * 2.5 / GCR, max_relative = 1e-5);
+        // The last slip element moves with everything until gross slip: nothing is lost for good before.
+        assert_abs_diff_eq!(point.dslip[0], 0.0, epsilon = 1e-15 * GCR);
+        let mut far = vec![0.0; nfdir];
+        far[0] = 3.0 * GCR;
+        point.step(&far, p);
+        assert_relative_eq!(point.tau[0], MU * p, max_relative = 1e-12);
+        assert_relative_eq!(point.dslip[0], (2.0 + 1e-6) * GCR, max_relative = 1e-12);
+        assert_eq!(point.statev[0], 3.0);
+        let sliding: f64 = point
+            .tau
+            .iter()
+            .zip(&point.dslip)
+            .map(|(tau, d)| tau * d)
+            .sum();
+        assert!(sliding > 0.0 && point.sfd > sliding);
+    }
+}
+
+/// The host iterates: every call starts from the committed STATEV, and gives the same bits each time.
+#[test]
+fn iterations_do_not_count() {
+    for nfdir in [1, 2] {
+        let (mut committed, mut iterated) = (point(nfdir), point(nfdir));
+        for (slip, pressure) in history(402, nfdir, 100) {
+            committed.step(&slip, pressure);
+            for guess in [0.1, -3.0, 1.7] {
+                let trial: Vec<f64> = slip.iter().map(|d| guess * d).collect();
+                iterated.with(&trial, 0.5 * pressure).run();
+            }
+            iterated.step(&slip, pressure);
+            assert_eq!(iterated, committed);
+        }
+    }
+}
+
+#[test]
+fn lm_of_the_penalty_methods() {
+    for (nfdir, method) in [(1, 0.0), (2, 0.0), (1, 1.0), (2, 1.0)] {
+        let used = used_point(&with(&props(), 4, method), nfdir);
+        // A host that held the point before: the answer does not depend on it.
+        let (mut slipped, mut stuck) = (
+            used.with(&vec![1e-4; nfdir], 40.0),
+            used.with(&vec![1e-4; nfdir], 40.0),
+        );
+        (slipped.lm, stuck.lm) = (0, 1);
+        slipped.run();
+        stuck.run();
+        assert_eq!(stuck, slipped);
+        assert_eq!(stuck.lm, 0);
+        // Was open: the memory is cleared, frictionless for this increment.
+        for press in [40.0, 0.0] {
+            let mut open = used.with(&vec![1e-4; nfdir], press);
+            open.lm = 2;
+            open.run();
+            assert_eq!((open.lm, open.pnewdt), (2, 1.0));
+            let zero = open
+                .tau
+                .iter()
+                .chain(&open.ddtddg)
+                .chain(&open.ddtddp)
+                .chain(&open.statev[8..]);
+            assert!(zero.copied().all(|x| x == 0.0));
+            assert_eq!(
+                (open.statev[0], open.statev[1], open.sed, open.sfd),
+                (0.0, 0.0, 0.0, used.sed)
+            );
+            // The elastic part of the slip so far is lost with the memory.
+            let front = 8 + [0, 30][nfdir - 1];
+            for (dslip, e) in open.dslip.iter().zip(&used.statev[front..]) {
+                assert_abs_diff_eq!(*dslip, 1e-4 + GCR * e, epsilon = 1e-18);
+            }
+            // Then it is a virgin point.
+            open.lm = 0;
+            open.step(&vec![3e-4; nfdir], 40.0);
+            let mut virgin = Call::new(&with(&props(), 4, method), nfdir, default_state(nfdir));
+            virgin.step(&vec![3e-4; nfdir], 40.0);
+            assert_eq!(
+                (open.tau, open.ddtddg, open.sfd),
+                (virgin.tau, virgin.ddtddg, virgin.sfd)
+            );
+        }
+    }
+}
+
+#[test]
+fn lm_protocol_of_the_lagrange_method() {
+    for nfdir in [1, 2] {
+        let lagrange = with(&props(), 4, 2.0);
+        let p = 40.0;
+        let limit = MU * p;
+        let direction = if nfdir == 1 {
+            vec![1.0]
+        } else {
+            vec![0.6, -0.8]
+        };
+        let along = |size: f64| -> Vec<f64> { direction.iter().map(|x| size * x).collect() };
+        let mut point = Call::new(&lagrange, nfdir, default_state(nfdir));
+
+        // Held below the limit: rigid stick, nothing else needed.
+        point.lm = 1;
+        point.taulm = along(0.99 * limit);
+        point.step(&along(0.0), p);
+        assert_eq!((point.lm, point.sfd, point.sed), (1, 0.0, 0.0));
+        assert_eq!((point.statev[0], point.statev[1]), (1.0, p));
+        assert_eq!(point.dslip, vec![0.0; nfdir]);
+
+        // The multiplier reaches the limit: slip with tau = mu p along it.
+        for size in [1.0, 1.5] {
+            let mut beyond = point.with(&along(0.0), p);
+            beyond.taulm = along(size * limit * (1.0 + 1e-15));
+            beyond.run();
+            assert_eq!((beyond.lm, beyond.statev[0], beyond.sfd), (0, 3.0, 0.0));
+            for (tau, expected) in beyond.tau.iter().zip(along(limit)) {
+                assert_relative_eq!(*tau, expected, max_relative = 1e-12);
+            }
+        }
+        point.taulm = along(limit);
+        point.step(&along(0.0), p);
+        assert_eq!(point.lm, 0);
+
+        // Slipping on: mu p along the motion, all of the slip is lost, the tangent only turns.
+        let slip = 3.0 * GCR;
+        point.step(&along(slip), p);
+        assert_eq!((point.lm, point.sed), (0, 0.0));
+        assert_relative_eq!(point.sfd, limit * slip, max_relative = 1e-12);
+        assert_eq!(point.dslip, along(slip));
+        for i in 0..nfdir {
+            assert_relative_eq!(point.tau[i], limit * direction[i], max_relative = 1e-12);
+            assert_relative_eq!(point.ddtddp[i], MU * direction[i], max_relative = 1e-12);
+            for j in 0..nfdir {
+                let turning = f64::from(u8::from(i == j)) - direction[i] * direction[j];
+                assert_abs_diff_eq!(
+                    point.ddtddg[j * nfdir + i],
+                    limit / slip * turning,
+                    epsilon = 1e-10 * limit / slip
+                );
+            }
+        }
+        // A pause while slipping: finite numbers, the same traction.
+        point.step(&along(0.0), p);
+        assert_eq!(point.lm, 0);
+        assert_relative_eq!(point.tau[0], limit * direction[0], max_relative = 1e-12);
+        assert!(point.ddtddg.iter().all(|x| x.is_finite()));
+
+        // The slip turns against the traction: it sticks again.
+        point.step(&along(-1e-3 * GCR), p);
+        assert_eq!((point.lm, point.sfd, point.statev[0]), (1, 0.0, 1.0));
+        assert_eq!(point.dslip, vec![0.0; nfdir]);
+
+        // Was open: frictionless, and the direction is forgotten.
+        point.lm = 2;
+        point.step(&along(slip), p);
+        assert_eq!((point.lm, point.statev[0]), (2, 0.0));
+        assert_eq!(point.tau, vec![0.0; nfdir]);
+        // Frictionless contact never sticks.
+        let mut smooth = Call::new(&with(&lagrange, 1, 0.0), nfdir, default_state(nfdir));
+        smooth.lm = 1;
+        smooth.step(&along(0.0), p);
+        assert_eq!((smooth.lm, smooth.tau.clone()), (0, vec![0.0; nfdir]));
+    }
+}
+
+/// A cycle of the rigid law, the test being the Lagrange host: the loop's area is 4 mu p A.
+#[test]
+fn lagrange_cycle() {
+    let (p, amplitude) = (25.0, 4.0 * GCR);
+    let limit = MU * p;
+    let mut point = Call::new(&with(&props(), 4, 2.0), 1, 25);
+    point.lm = 1;
+    let mut dissipated = 0.0;
+    for (turn, slip) in [amplitude, -2.0 * amplitude, 2.0 * amplitude]
+        .into_iter()
+        .enumerate()
+    {
+        let sign = slip.signum();
+        if turn > 0 {
+            point.step(&[0.1 * slip], p);
+        }
+        assert_eq!(point.lm, 1);
+        for multiplier in [0.5, 1.0] {
+            point.taulm = vec![sign * multiplier * limit];
+            point.step(&[0.0], p);
+        }
+        for _ in 0..10 {
+            assert_eq!(point.lm, 0);
+            point.step(&[0.1 * slip], p);
+            assert_relative_eq!(point.tau[0], sign * limit, max_relative = 1e-12);
+            dissipated += if turn > 0 { point.sfd } else { 0.0 };
+        }
+    }
+    assert_relative_eq!(dissipated, 4.0 * limit * amplitude, max_relative = 1e-12);
+    assert_relative_eq!(
+        point.statev[3],
+        4.0 * limit * amplitude + limit * amplitude,
+        max_relative = 1e-12
+    );
+}
+
+/// The slip directions turn in the middle of a history: tractions are those of the unrotated run, rotated.
+#[test]
+fn drot_turns_the_memory() {
+    // The longer state has slots that no knot fits into.
+    for (method, nstatv) in [(0.0, 64), (0.0, 66), (1.0, 64), (2.0, 64), (2.0, 300)] {
+        let props = with(&props(), 4, method);
+        let mut plain = Call::new(&props, 2, nstatv);
+        let mut turning = plain.clone();
+        let (mut total, mut compared) = (0.0, 0);
+        for (k, (slip, pressure)) in history(403, 2, 200).into_iter().enumerate() {
+            // A Lagrange host whose multiplier always asks for slip.
+            let multiplier = |slip: [f64; 2], lm: i32| {
+                slip.map(|d| if lm == 1 { 1e9 * d } else { 0.0 }).to_vec()
+            };
+            plain.taulm = multiplier([slip[0], slip[1]], plain.lm);
+            plain.step(&slip, pressure);
+            let angle = if k % 7 == 3 {
+                0.4 * (k as f64 / 20.0).sin()
+            } else {
+                0.0
+            };
+            total += angle;
+            let (sin, cos) = f64::sin_cos(angle);
+            turning.drot = [cos, sin, -sin, cos];
+            let slip = turned([slip[0], slip[1]], total);
+            turning.taulm = multiplier(slip, turning.lm);
+            turning.step(&slip, pressure);
+            assert_eq!(plain.lm, turning.lm);
+            if plain.lm == 1 {
+                continue; // TAU is the host's
+            }
+            compared += 1;
+            let expected = turned([plain.tau[0], plain.tau[1]], total);
+            for (tau, expected) in turning.tau.iter().zip(expected) {
+                assert_abs_diff_eq!(*tau, expected, epsilon = 1e-10 * MU * pressure);
+            }
+            assert_abs_diff_eq!(
+                plain.sfd,
+                turning.sfd,
+                epsilon = 1e-10 * MU * pressure * GCR
+            );
+        }
+        assert!(total.abs() > 0.1 && compared > 50);
+    }
+    // A rotation that the host rounded to single precision is taken as the rotation next to it.
+    let mut exact = used_point(&props(), 2);
+    let mut rounded = exact.clone();
+    let (sin, cos) = f64::sin_cos(1.1);
+    exact.drot = [cos, sin, -sin, cos];
+    rounded.drot = exact.drot.map(|x| f64::from(x as f32));
+    exact.step(&[1e-4, 2e-4], 40.0);
+    rounded.step(&[1e-4, 2e-4], 40.0);
+    for (a, b) in exact.tau.iter().zip(&rounded.tau) {
+        assert_abs_diff_eq!(*a, *b, epsilon = 1e-6 * MU * 40.0);
+    }
+    // One direction has nothing to turn: whatever stands there is not looked at.
+    let mut line = used_point(&props(), 1);
+    line.drot = [f64::NAN; 4];
+    line.step(&[1e-4], 40.0);
+}
+
+#[test]
+fn critical_slip_from_the_characteristic_length() {
+    for (nfdir, length, fraction) in [(1, 0.67, 0.004), (2, 1.5, 0.005)] {
+        let gcr = fraction * length;
+        let mut by_length = Call::new(
+            &with(&[MU, 0.0, 2.5], 6, fraction),
+            nfdir,
+            default_state(nfdir),
+        );
+        by_length.chrlngth = length;
+        let mut by_slip = Call::new(
+            &with(&[MU, gcr, 2.5], 6, fraction),
+            nfdir,
+            default_state(nfdir),
+        );
+        for slip in [0.5, -1.2, 0.4] {
+            let slip = vec![slip * gcr; nfdir];
+            by_length.step(&slip, 10.0);
+            by_slip.step(&slip, 10.0);
+            assert_eq!(
+                (&by_length.tau, &by_length.ddtddg),
+                (&by_slip.tau, &by_slip.ddtddg)
+            );
+        }
+        // PROPS(2) > 0 goes before the characteristic length.
+        let mut both = Call::new(&props(), nfdir, default_state(nfdir));
+        both.chrlngth = 100.0;
+        both.step(&vec![0.5 * GCR; nfdir], 10.0);
+        let mut without = point(nfdir);
+        without.step(&vec![0.5 * GCR; nfdir], 10.0);
+        assert_eq!(both.tau, without.tau);
+    }
+}
+
+/// TAU and STATEV as on entry, the sticking stiffness or zero, a cutback, and nothing that is not a number.
+fn assert_refused(before: &Call, after: &Call, stiffness: f64, what: &str) {
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(after.tau, before.tau, "{what}: TAU");
+    assert_eq!(bits(&after.statev), bits(&before.statev), "{what}: STATEV");
+    assert_eq!(after.pnewdt, before.pnewdt.min(0.5), "{what}: PNEWDT");
+    let nfdir = after.nfdir as usize;
+    if nfdir == after.tau.len() {
+        for (index, d) in after.ddtddg.iter().enumerate() {
+            let expected = if index % (nfdir + 1) == 0 {
+                stiffness
+            } else {
+                0.0
+            };
+            assert_relative_eq!(*d, expected, max_relative = 1e-12);
+        }
+    }
+}
+
+#[test]
+fn bad_input_asks_for_a_cutback_and_changes_nothing() {
+    child("refusals", &[]);
+}
+
+/// In a process of its own: every refusal tells the user, and that is not for the test log.
+#[test]
+#[ignore = "run by bad_input_asks_for_a_cutback_and_changes_nothing"]
+fn refusals() {
+    for nfdir in [1, 2] {
+        let p = 40.0;
+        let good = used_point(&props(), nfdir).with(&vec![2e-4; nfdir], p);
+        let stick = MU * p * 2.5 / GCR;
+        let refused = |what: &str, stiffness: f64, change: &dyn Fn(&mut Call)| {
+            for pnewdt in [1.0, 0.25] {
+                let mut bad = good.clone();
+                bad.pnewdt = pnewdt;
+                change(&mut bad);
+                let before = bad.clone();
+                bad.run();
+                assert_refused(&before, &bad, stiffness, what);
+            }
+        };
+        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+        refused("mu < 0", 0.0, &|bad| bad.props[0] = -0.3);
+        refused("chi < 1", 0.0, &|bad| bad.props[2] = 0.5);
+        refused("PROPS NaN", 0.0, &|bad| bad.props[1] = f64::NAN);
+        refused("unknown method", 0.0, &|bad| {
+            bad.props = with(&bad.props, 4, 3.0)
+        });
+        for nprops in [0, 1, -1, i32::MIN] {
+            refused("NPROPS", 0.0, &|bad| bad.nprops = Some(nprops));
+        }
+        for nstatv in [
+            0,
+            5,
+            least_state(nfdir, [1, 16][nfdir - 1]) as i32 - 1,
+            -3,
+            i32::MIN,
+        ] {
+            refused("NSTATV too small", 0.0, &|bad| bad.nstatv = Some(nstatv));
+        }
+        for wrong in [0, 3, -1, i32::MAX] {
+            refused("NFDIR", 0.0, &|bad| bad.nfdir = wrong);
+        }
+        for wrong in [3, -1, i32::MAX] {
+            refused("LM", stick, &|bad| bad.lm = wrong);
+        }
+        for value in odd {
+            for index in 0..nfdir {
+                refused("DGAM", stick, &|bad| bad.dgam[index] = value);
+            }
+            refused("PRESS", 0.0, &|bad| bad.press = value);
+            for slot in 0..good.statev.len() {
+                refused("STATEV", stick, &|bad| bad.statev[slot] = value);
+            }
+            if nfdir == 2 {
+                for index in 0..4 {
+                    refused("DROT", stick, &|bad| bad.drot[index] = value);
+                }
+            }
+        }
+        refused("corrupt STATEV", stick, &|bad| bad.statev[7] = 2.5);
+        if nfdir == 2 {
+            refused("DROT that stretches", stick, &|bad| {
+                bad.drot = [2.0, 0.0, 0.0, 2.0]
+            });
+            refused("DROT that mirrors", stick, &|bad| {
+                bad.drot = [1.0, 0.0, 0.0, -1.0]
+            });
+        }
+        for length in [0.0, -1.0, f64::NAN] {
+            refused(
+                "neither critical slip nor characteristic length",
+                0.0,
+                &|bad| {
+                    bad.props[1] = 0.0;
+                    bad.chrlngth = length;
+                },
+            );
+        }
+        // Rigid stick: as stiff as the penalty that stands for it elsewhere, with gcr / 1000.
+        refused(
+            "the multiplier of a held point",
+            1000.0 * MU * p / GCR,
+            &|bad| {
+                bad.props = with(&bad.props, 4, 2.0);
+                bad.lm = 1;
+                bad.taulm[0] = f64::NAN;
+            },
+        );
+        // The point itself is as good as before.
+        let mut again = good.clone();
+        again.run();
+        assert_eq!(again.pnewdt, 1.0);
+        // What is not used may hold anything.
+        let mut unused = good.clone();
+        unused.unused = f64::NAN;
+        unused.run();
+        assert_eq!((&unused.tau, &unused.statev), (&again.tau, &again.statev));
+    }
+}
+
+/// While the point slips the host has no multiplier.
+#[test]
+fn an_unset_multiplier_of_a_slipping_point_does_no_harm() {
+    let mut slipping = Call::new(&with(&props(), 4, 2.0), 1, 25);
+    slipping.taulm = vec![f64::NAN];
+    slipping.step(&[1e-3], 40.0);
+    assert_relative_eq!(slipping.tau[0], MU * 40.0, max_relative = 1e-12);
+}
+
+/// Points of different properties, directions and state sizes in turn, in several threads: nothing is mixed up.
+#[test]
+fn points_of_several_contacts_in_several_threads() {
+    let kinds = [
+        (props(), 1, 25),
+        (props(), 1, 31),
+        (with(&props(), 3, 1.5), 1, 25),
+        (props(), 2, 64),
+        (with(&props(), 5, 1.0), 2, 64),
+        (with(&with(&props(), 10, 1.0), 3, -0.4), 2, 50),
+    ];
+    let alone: Vec<Call> = kinds
+        .iter()
+        .map(|(props, nfdir, nstatv)| run_alone(props, *nfdir, *nstatv))
+        .collect();
+    let together = || {
+        let mut points: Vec<Call> = kinds
+            .iter()
+            .map(|(props, nfdir, nstatv)| Call::new(props, *nfdir, *nstatv))
+            .collect();
+        for k in 0..100 {
+            for point in &mut points {
+                let (slip, pressure) = increment(k, point.nfdir as usize);
+                point.step(&slip, pressure);
+            }
+        }
+        points
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..4).map(|_| scope.spawn(together)).collect();
+        for worker in workers {
+            assert_eq!(worker.join().expect("no panic"), alone);
+        }
+    });
+}
+
+fn increment(k: usize, nfdir: usize) -> (Vec<f64>, f64) {
+    let phase = k as f64 * 0.37;
+    let slip = [GCR * phase.sin(), 0.7 * GCR * (1.9 * phase).cos()];
+    (slip[..nfdir].to_vec(), 20.0 + 5.0 * (0.6 * phase).sin())
+}
+
+fn run_alone(props: &[f64], nfdir: usize, nstatv: usize) -> Call {
+    let mut point = Call::new(props, nfdir, nstatv);
+    for k in 0..100 {
+        let (slip, pressure) = increment(k, nfdir);
+        point.step(&slip, pressure);
+    }
+    point
+}
+
+#[test]
+fn a_pressure_of_zero_opens_the_point() {
+    let mut point = used_point(&props(), 2);
+    let stored = point.sed;
+    assert!(stored > 0.0);
+    point.step(&[1e-4, 0.0], 0.0);
+    assert_eq!(
+        (point.tau.clone(), point.lm, point.sed, point.sfd),
+        (vec![0.0; 2], 0, 0.0, stored)
+    );
+    point.step(&[1e-3, 0.0], 30.0);
+    let virgin = Point::<2>::new(&props()).move_to([1e-3, 0.0], 30.0);
+    assert_relative_eq!(point.tau[0], virgin.traction[0], max_relative = 1e-12);
+}
+
+/// Runs one of the ignored tests below in a process of its own.
+fn child(test: &str, envs: &[(&str, &std::ffi::OsStr)]) -> Output {
+    let program = std::env::current_exe().expect("this program");
+    let mut command = Command::new(program);
+    command.args([
+        "--exact",
+        test,
+        "--ignored",
+        "--nocapture",
+        "--test-threads=1",
+    ]);
+    let output = command
+        .envs(envs.iter().copied())
+        .output()
+        .expect("this program runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output
+}
+
+fn messages(output: &[u8]) -> Vec<String> {
+    let text = String::from_utf8(output.to_vec()).expect("text");
+    text.lines()
+        .filter(|line| line.contains("mepc FRIC"))
+        .map(String::from)
+        .collect()
+}
+
+/// Makes mistakes of several causes, more than once each.
+#[test]
+#[ignore = "run by the tests of its messages"]
+fn mistakes() {
+    let bad = |change: &dyn Fn(&mut Call)| {
+        let mut call = point(2).with(&[1e-4, 0.0], 40.0);
+        change(&mut call);
+        call.run();
+        assert_eq!(call.pnewdt, 0.5);
+    };
+    for node in [4711, 4712] {
+        bad(&|call| {
+            call.dgam[1] = f64::NAN;
+            call.node = node;
+        });
+        bad(&|call| call.props[0] = -0.25);
+        bad(&|call| call.nstatv = Some(7));
+        bad(&|call| {
+            call.dgam[1] = f64::INFINITY;
+            call.ciname = "HEAD-WASHER 100%".to_string();
+            call.kinc = 3;
+        });
+    }
+    // From several threads at once it is still said once.
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                let mut call = point(1).with(&[1e-4], f64::NAN);
+                call.run();
+            });
+        }
+    });
+}
+
+const EXPECTED: [&[&str]; 5] = [
+    &[
+        "contact PLATE-PLATE,",
+        "node 4711",
+        "step 2",
+        "increment 17",
+        "DGAM(2) = NaN",
+    ],
+    &["contact PLATE-PLATE,", "PROPS(1) mu = -0.25"],
+    &["contact PLATE-PLATE,", "NSTATV = 7"],
+    &[
+        "contact HEAD-WASHER 100?,",
+        "node 4711",
+        "step 2",
+        "increment 3",
+        "DGAM(2) = inf",
+    ],
+    &["contact PLATE-PLATE,", "PRESS = NaN"],
+];
+
+fn assert_messages(messages: &[String]) {
+    assert_eq!(messages.len(), EXPECTED.len(), "{messages:#?}");
+    for (message, words) in messages.iter().zip(EXPECTED) {
+        for word in words {
+            assert!(message.contains(word), "{word}: {message}");
+        }
+    }
+}
+
+#[test]
+fn mistakes_are_told_once_per_cause_and_contact_on_standard_error() {
+    let output = child("mistakes", &[]);
+    assert_messages(&messages(&output.stderr));
+    assert_eq!(messages(&output.stdout), Vec::<String>::new());
+}
+
+/// A host with the message routine gets the messages through it.
+#[test]
+#[cfg(target_os = "linux")]
+fn mistakes_are_told_through_the_hosts_routine() {
+    let directory = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (source, host) = (
+        directory.join("message_routine.c"),
+        directory.join("libmessage_routine.so"),
+    );
+    std::fs::write(&source, MESSAGE_ROUTINE).expect("a writable directory");
+    let compiler = Command::new("cc")
+        .arg("-shared")
+        .arg("-fPIC")
+        .arg("-o")
+        .arg(&host)
+        .arg(&source)
+        .output();
+    let compiler = compiler.expect("the C compiler that links Rust programs");
+    assert!(
+        compiler.status.success(),
+        "{}",
+        String::from_utf8_lossy(&compiler.stderr)
+    );
+    let output = child("mistakes", &[("LD_PRELOAD", host.as_os_str())]);
+    let told = messages(&output.stdout);
+    assert_messages(&told);
+    // Level -2 is an error after which the host goes on; the text has no format characters.
+    assert!(
+        told.iter()
+            .all(|line| line.contains("host, level -2: mepc FRIC")),
+        "{told:#?}"
+    );
+    assert_eq!(messages(&output.stderr), Vec::<String>::new());
+}
+
+/// stdb_abqerr_ of a host: level, text that is not terminated, its length.
+const MESSAGE_ROUTINE: &str = r#"
+#include <stdio.h>
+void stdb_abqerr_(const int *level, const char *text, const int *integers, const double *reals,
+                  const char *names, size_t text_length, size_t names_length) {
+    (void)integers; (void)reals; (void)names; (void)names_length;
+    printf("host, level %d: %.*s\n", *level, (int)text_length, text);
+    fflush(stdout);
+}
+"#;
+
+/// Arrays that the host did not fill stay out of it.
+#[test]
+fn outputs_of_a_good_call_are_all_written() {
+    for nfdir in [1, 2] {
+        let mut point = point(nfdir);
+        point.step(&vec![1e-4; nfdir], 40.0);
+        let written = [&point.ddtddg, &point.ddtddp, &point.dslip, &point.ddtddt];
+        assert!(
+            written
+                .iter()
+                .all(|array| array.iter().all(|x| *x != CANARY && x.is_finite()))
+        );
+        assert!(point.sfd.is_finite() && point.sfd != CANARY);
+    }
+}

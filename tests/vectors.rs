@@ -1,0 +1,96 @@
+//! The language-neutral vectors through the Rust API and through the built library's C interface.
+
+mod support;
+
+use support::native::NativeLaw;
+use support::vectors::{VectorFile, all};
+use support::{Point, with};
+
+#[test]
+fn every_vector_through_the_rust_api() {
+    fn run<const N: usize>(file: &VectorFile) {
+        let mut point = Point::<N>::with_state_size(&file.props, file.nstate);
+        let mut dissipated = 0.0;
+        for (index, row) in file.rows.iter().enumerate() {
+            let target = std::array::from_fn(|i| row.slip[i]);
+            let response = point.move_to(target, row.pressure);
+            dissipated += response.dissipated;
+            let status = response.contact as i32;
+            file.check(
+                index,
+                response.traction.as_slice(),
+                response.stored,
+                dissipated,
+                status,
+            );
+            assert_eq!(
+                point.state[..3],
+                [f64::from(status), row.pressure.max(0.0), response.stored]
+            );
+            assert_eq!(point.state[3], dissipated, "{}, row {index}", file.name());
+        }
+    }
+    for file in all() {
+        if file.ndir == 1 {
+            run::<1>(&file);
+        } else {
+            run::<2>(&file);
+        }
+    }
+}
+
+#[test]
+fn every_vector_through_the_friction_form_of_the_library() {
+    for file in all() {
+        let law = NativeLaw::with_state_size(&file.props, file.ndir, file.nstate);
+        let mut state = vec![0.0; file.nstate];
+        let (mut at, mut dissipated) = (vec![0.0; file.ndir], 0.0);
+        for (index, row) in file.rows.iter().enumerate() {
+            let increment: Vec<f64> = row
+                .slip
+                .iter()
+                .zip(&at)
+                .map(|(to, from)| to - from)
+                .collect();
+            let out = law.friction(&increment, row.pressure, &mut state);
+            assert!(out.status >= 0);
+            at.clone_from(&row.slip);
+            dissipated += out.energy[1];
+            file.check(
+                index,
+                &out.traction,
+                out.energy[0],
+                dissipated,
+                state[0] as i32,
+            );
+        }
+    }
+}
+
+/// The pressure comes from the opening here: kn is a power of two, so that it is the file's to the last bit.
+#[test]
+fn every_vector_through_the_interface_form_of_the_library() {
+    let kn = 1024.0;
+    for file in all() {
+        let law = NativeLaw::with_state_size(&with(&file.props, 7, kn), file.ndir, file.nstate);
+        let mut state = vec![0.0; file.nstate];
+        let mut dissipated = 0.0;
+        for (index, row) in file.rows.iter().enumerate() {
+            let mut opening = vec![-row.pressure / kn];
+            opening.extend(&row.slip);
+            let out = law.interface(&opening, &mut state);
+            assert!(out.status >= 0);
+            dissipated += out.energy[1];
+            assert_eq!(out.traction[0], -row.pressure.max(0.0));
+            // Touching without pressure is stiff already.
+            assert_eq!(out.tangent[0], if row.pressure >= 0.0 { kn } else { 0.0 });
+            file.check(
+                index,
+                &out.traction[1..],
+                out.energy[0],
+                dissipated,
+                state[0] as i32,
+            );
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! cases/cases.toml: what the demo replays.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+
+/// A history with the law it is replayed on.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Base name of everything the demo writes for this case.
+    pub name: String,
+    /// Heading of its pictures.
+    pub title: String,
+    /// History file.
+    pub history: PathBuf,
+    /// Patch file; a single point without it.
+    pub patch: Option<PathBuf>,
+    /// Properties mu, gcr, chi; the demo fills in the method.
+    pub props: [f64; 3],
+    /// Stiffness between the prescribed displacement and the patch.
+    pub series: Option<f64>,
+    /// Stiffness beside the patch.
+    pub parallel: Option<f64>,
+    /// The last so many steps are one closed loop; without it dissipation is that of the whole history.
+    pub loop_steps: Option<usize>,
+    /// Radius over gcr: the loop is a steady circle.
+    pub circle: Option<f64>,
+    /// Name of the case whose force this one must reproduce.
+    pub same_loop_as: Option<String>,
+}
+
+impl Case {
+    pub fn mu(&self) -> f64 {
+        self.props[0]
+    }
+
+    pub fn gcr(&self) -> f64 {
+        self.props[1]
+    }
+
+    pub fn chi(&self) -> f64 {
+        self.props[2]
+    }
+
+    /// The property array with the method.
+    pub fn props(&self, method: u8) -> [f64; 4] {
+        let [mu, gcr, chi] = self.props;
+        [mu, gcr, chi, f64::from(method)]
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Manifest {
+    case: Vec<Case>,
+}
+
+/// Reads the manifest; file names in it are relative to its directory.
+pub fn read(path: &Path) -> Result<Vec<Case>> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let manifest: Manifest = toml::from_str(&text).with_context(|| path.display().to_string())?;
+    let directory = path.parent().unwrap_or(Path::new("."));
+    let mut cases = manifest.case;
+    for i in 0..cases.len() {
+        if cases[..i].iter().any(|c| c.name == cases[i].name) {
+            bail!("{}: two cases are called {}", path.display(), cases[i].name);
+        }
+        if let Some(other) = &cases[i].same_loop_as
+            && !cases[..i].iter().any(|c| &c.name == other)
+        {
+            bail!(
+                "{}: case {}: no case {other} before it",
+                path.display(),
+                cases[i].name
+            );
+        }
+    }
+    for case in &mut cases {
+        case.history = directory.join(&case.history);
+        case.patch = case.patch.as_ref().map(|patch| directory.join(patch));
+    }
+    Ok(cases)
+}
