@@ -87,6 +87,8 @@ generated: library ## write the generated files anew: header, symbol list, vecto
 	$(XTASK) symbols
 	$(XTASK) vectors
 	$(XTASK) cases
+	$(MAKE) drivers
+	$(XTASK) demo --docs
 
 .PHONY: bench
 bench: setup library build/librivals.so ## time the library beside its rivals, in one process
@@ -99,6 +101,19 @@ build/librivals.so: benches/rivals.f90
 .PHONY: abaqus
 abaqus: setup library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
 	scripts/abaqus.sh
+
+.PHONY: hosts
+hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
+	hosts/setup.sh
+	build/hosts-venv/bin/python hosts/kratos/run.py $(HOSTS_SIZE)
+	build/hosts-venv/bin/python hosts/opengeosys/run.py $(HOSTS_SIZE)
+	build/hosts-venv/bin/python hosts/scikit_fem/run.py $(HOSTS_SIZE)
+	build/hosts-venv/bin/python hosts/scikit_fem/check.py
+	build/hosts-venv/bin/python hosts/table.py
+
+.PHONY: hosts-small
+hosts-small: ## the same with the smallest boxes
+	$(MAKE) hosts HOSTS_SIZE=--small
 
 .PHONY: clean
 clean: ## remove everything that was built

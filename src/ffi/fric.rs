@@ -5,7 +5,7 @@
 
 use super::guard;
 use super::host::{Place, Severity, report};
-use super::user::{self, Laws, count, cut_back, name, read, turn, vector, write};
+use super::user::{self, Laws, StateCopy, count, cut_back, name, read, turn, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
 use crate::law::{Law, Response, check_finite};
@@ -83,9 +83,10 @@ impl Arguments {
         unsafe {
             let law = self.law(laws)?;
             let layout = law.layout();
-            let mut state0 = user::state("STATEV", layout, self.statev)?;
+            let mut copy = StateCopy::new();
+            let state0 = user::state("STATEV", layout, self.statev, &mut copy)?;
             if N == 2 {
-                turn(self.drot, layout, &mut state0)?;
+                turn(self.drot, layout, state0)?;
             }
             let front = HEADER + (layout.base - 1) * N;
             let before = Vector::<N>::from_column_slice(&state0[front..front + N]);
@@ -112,7 +113,7 @@ impl Arguments {
             let rigid = law.properties().method == Method::Lagrange;
             let response = match lm {
                 // The point was open: forget, and stay frictionless for this increment.
-                OPEN => law.friction(gcr, &Vector::zeros(), 0.0, &state0, state1)?,
+                OPEN => law.friction(gcr, &Vector::zeros(), 0.0, state0, state1)?,
                 SLIPPING | STICKING if rigid => {
                     let multiplier = match lm {
                         STICKING => vector::<N>("TAULM", self.taulm)?,
@@ -120,7 +121,7 @@ impl Arguments {
                         _ => vector::<N>("TAULM", self.taulm).unwrap_or_else(|_| Vector::zeros()),
                     };
                     let held = lm == STICKING;
-                    match law.lagrange(held, &multiplier, &slip, pressure, &state0, state1)? {
+                    match law.lagrange(held, &multiplier, &slip, pressure, state0, state1)? {
                         Rigid::Stick => {
                             *self.lm = STICKING;
                             write(self.dslip, Vector::<N>::zeros().as_slice());
@@ -131,7 +132,7 @@ impl Arguments {
                         Rigid::Slip(response) => response,
                     }
                 }
-                SLIPPING | STICKING => law.friction(gcr, &slip, pressure, &state0, state1)?,
+                SLIPPING | STICKING => law.friction(gcr, &slip, pressure, state0, state1)?,
                 other => {
                     return Err(Error::new(
                         Kind::BadInput,

@@ -49,20 +49,27 @@ pub(super) struct Place<'a> {
     pub increment: i32,
 }
 
-/// Tells the user, once per cause and contact name. Only the message depends on what was said before.
+/// Whether the user has not been told of this cause at this contact yet. Only messages depend on it.
+fn is_news(contact: &str, error: &Error) -> bool {
+    static TOLD: Mutex<BTreeSet<(String, Kind, String)>> = Mutex::new(BTreeSet::new());
+    let key = (contact.to_string(), error.kind, error.cause().to_string());
+    let mut told = TOLD.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    told.len() < MOST_CAUSES && told.insert(key)
+}
+
+/// Tells the user, once per cause, where the host says nothing of the place and may keep the message to itself.
+#[cold]
+pub(super) fn note(routine: &str, error: &Error) {
+    if is_news(routine, error) {
+        tell(&format!("mepc {routine}: {error}"), Severity::Error);
+    }
+}
+
+/// Tells the user, once per cause and contact name.
 #[cold]
 pub(super) fn report(place: &Place<'_>, severity: Severity, error: &Error) {
-    static TOLD: Mutex<BTreeSet<(String, Kind, String)>> = Mutex::new(BTreeSet::new());
-    let key = (
-        place.contact.to_string(),
-        error.kind,
-        error.cause().to_string(),
-    );
-    {
-        let mut told = TOLD.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if told.len() >= MOST_CAUSES || !told.insert(key) {
-            return;
-        }
+    if !is_news(place.contact, error) {
+        return;
     }
     let text = format!(
         "mepc {}: contact {}, node {}, step {}, increment {}: {error}",

@@ -157,6 +157,8 @@ impl Behaviour {
         // SAFETY: null or as the interface says.
         unsafe {
             complain(data.error_message, &error);
+            // Not every host prints it.
+            super::host::note("MFront behaviour", &error);
             if let Some(rdt) = data.rdt.as_mut() {
                 *rdt = rdt.min(CUTBACK);
             }

@@ -7,7 +7,8 @@ use super::components::{Components, Order, consistent, uncoupled};
 use super::guard;
 use super::host::{Place, Severity, report};
 use super::user::{
-    self, Laws, array, count, cut_back, name, null, properties, read, turn, vector, write,
+    self, Laws, StateCopy, array, count, cut_back, name, null, properties, read, turn, vector,
+    write,
 };
 use crate::error::{Error, Kind};
 use crate::law::Law;
@@ -85,9 +86,10 @@ impl Arguments {
         unsafe {
             let law = self.law(laws)?;
             let gcr = law.critical_slip(self.characteristic_length())?;
-            let mut state0 = user::state("STATEV", law.layout(), self.statev)?;
+            let mut copy = StateCopy::new();
+            let state0 = user::state("STATEV", law.layout(), self.statev, &mut copy)?;
             if N == 2 {
-                turn(self.drot, law.layout(), &mut state0)?;
+                turn(self.drot, law.layout(), state0)?;
             }
             for (name, pointer) in [
                 ("STRESS", self.stress),
@@ -111,7 +113,7 @@ impl Arguments {
             let jump = Vector::<N>::from_column_slice(&state0[JUMP..JUMP + N]) + slip;
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, law.layout().nstate);
-            let response = law.interface(gcr, -penetration, &jump, &state0, state1)?;
+            let response = law.interface(gcr, -penetration, &jump, state0, state1)?;
             let components = Self::components::<N>();
             components.write_forces(&response, self.stress);
             components.write_operator::<N>(&consistent(&response), Order::ColumnMajor, self.ddsddr);

@@ -6,7 +6,7 @@
 use super::components::{Components, Order, consistent, sticking};
 use super::guard;
 use super::host::stop;
-use super::user::{self, Laws, array, count, null, properties, read};
+use super::user::{self, Laws, StateCopy, array, count, null, properties, read};
 use crate::error::{Error, Kind};
 use crate::properties::COMMON;
 use libc::{c_char, c_double};
@@ -142,7 +142,8 @@ impl Arguments {
         unsafe {
             let law = laws.get(props, count("NSTATV", self.nstatv)?)?;
             let gcr = law.critical_slip(0.0)?;
-            let state0 = user::state("STATEV", law.layout(), self.statev)?;
+            let mut copy = StateCopy::new();
+            let state0 = user::state("STATEV", law.layout(), self.statev, &mut copy)?;
             let stran = array("STRAN", self.stran, components.size)?;
             let dstran = array("DSTRAN", self.dstran, components.size)?;
             let mut total = [0.0; 6];
@@ -158,7 +159,7 @@ impl Arguments {
             let (normal, tangential) = components.opening::<N>(&total);
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, law.layout().nstate);
-            let response = law.interface(gcr, normal, &tangential, &state0, state1)?;
+            let response = law.interface(gcr, normal, &tangential, state0, state1)?;
             let operator = if arrangement.always_sticking {
                 sticking(law, gcr, &response)
             } else {

@@ -137,18 +137,27 @@ pub(super) unsafe fn vector<const N: usize>(
     Ok(vector)
 }
 
+/// Room for a copy of a state.
+pub(super) type StateCopy = ArrayVec<f64, MAX_USED>;
+
 /// A copy of the used part of a state, so that the end may be written over the start.
+///
+/// The room is the caller's: thousands of bytes that travel by value cost more than the update.
 ///
 /// # Safety
 /// `pointer` is null or points to a state of this layout.
-pub(super) unsafe fn state(
+pub(super) unsafe fn state<'a>(
     name: &str,
     layout: &Layout,
     pointer: *const c_double,
-) -> Result<ArrayVec<f64, MAX_USED>, Error> {
+    copy: &'a mut StateCopy,
+) -> Result<&'a mut [f64], Error> {
     // SAFETY: the used part is no longer than the state.
     let state = unsafe { array(name, pointer, layout.used())? };
-    Ok(state.iter().copied().collect())
+    copy.clear();
+    copy.try_extend_from_slice(state)
+        .map_err(|_| Error::new(Kind::Internal, "a state longer than any layout"))?;
+    Ok(copy)
 }
 
 /// Writes numbers where the host wants them.

@@ -6,7 +6,7 @@
 
 use super::guard;
 use super::host::{Place, Severity, report};
-use super::user::{self, Laws, array, count, name, null, properties, read, write};
+use super::user::{self, Laws, StateCopy, array, count, name, null, properties, read, write};
 use crate::error::{Error, Kind};
 use crate::law::{Law, check_finite};
 use crate::memory::Vector;
@@ -130,7 +130,8 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
     ) -> Result<Vector<N>, Error> {
         // SAFETY: sizes as the host declares them.
         unsafe {
-            let state0 = user::state("statev", law.layout(), contact.state)?;
+            let mut copy = StateCopy::new();
+            let state0 = user::state("statev", law.layout(), contact.state, &mut copy)?;
             let force = array("fNormal", self.f_normal, k + 1)?[k];
             check_finite(&"fNormal", force)?;
             let pressure = if force > 0.0 {
@@ -158,7 +159,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
             let increment = Vector::<N>::from_fn(|i, _| frame[i].dot(&slip));
             // Everything has been read: from here on the state is only written.
             let state1 = slice::from_raw_parts_mut(contact.state, law.layout().nstate);
-            let response = law.friction(gcr, &increment, pressure, &state0, state1)?;
+            let response = law.friction(gcr, &increment, pressure, state0, state1)?;
             let traction = (frame.iter().zip(&response.traction))
                 .fold(Global::zeros(), |sum, (direction, t)| sum + direction * *t);
             let host = [along, normal.cross(&along)];
