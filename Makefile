@@ -96,7 +96,7 @@ bench: setup library build/librivals.so ## time the library beside its rivals, i
 
 build/librivals.so: benches/rivals.f90
 	@mkdir -p build/modules
-	$(FC) -O3 -march=native -fPIC -shared -Jbuild/modules $^ -o $@
+	$(FC) -O3 -march=native -fopenmp-simd -fPIC -shared -Jbuild/modules $^ -o $@
 
 .PHONY: abaqus
 abaqus: setup library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
