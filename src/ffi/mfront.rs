@@ -151,7 +151,7 @@ impl Behaviour {
         };
         // SAFETY: as the caller says.
         let outcome = guard(|| laws.with_borrow_mut(|laws| unsafe { self.update(data, laws) }));
-        let Err(error) = outcome else {
+        let Err(error) = outcome.map_err(in_behaviour_words) else {
             return 1;
         };
         // SAFETY: null or as the interface says.
@@ -298,7 +298,16 @@ fn secant<const N: usize>(
     )
 }
 
-/// Writes a failure as a C string, under the names that the host's user knows.
+/// A failure under the names that the host's user knows.
+#[cold]
+fn in_behaviour_words(mut error: Error) -> Error {
+    for (theirs, ours) in &PROPERTIES[..COHESIVE_PROPERTIES] {
+        error.message = error.message.replace(ours, &theirs.to_string_lossy());
+    }
+    error
+}
+
+/// Writes a failure as a C string.
 ///
 /// # Safety
 /// `message` is null or has room for 512 characters.
@@ -307,11 +316,7 @@ unsafe fn complain(message: *mut c_char, error: &Error) {
     if message.is_null() {
         return;
     }
-    let mut text = error.to_string();
-    for (theirs, ours) in &PROPERTIES[..COHESIVE_PROPERTIES] {
-        text = text.replace(ours, &theirs.to_string_lossy());
-    }
-    let text = format!("mepc: {text}");
+    let text = format!("mepc: {error}");
     let text: Vec<u8> = text
         .bytes()
         .map(|byte| {
