@@ -55,7 +55,7 @@ build: setup library drivers
 
 .PHONY: demo
 demo: build ## replay all cases through both drivers: table, CSV files and pictures in build/demo
-	$(XTASK) demo
+	$(XTASK) demo $(DEMO_OPTIONS)
 	@echo "tables and pictures: build/demo"
 
 .PHONY: test
@@ -87,8 +87,7 @@ generated: library ## write the generated files anew: header, symbol list, vecto
 	$(XTASK) symbols
 	$(XTASK) vectors
 	$(XTASK) cases
-	$(MAKE) drivers
-	$(XTASK) demo --docs
+	$(MAKE) demo DEMO_OPTIONS=--docs
 
 .PHONY: bench
 bench: setup library build/librivals.so ## time the library beside its rivals, in one process

@@ -3,7 +3,8 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 use super::guard;
-use super::native::{input, null, output, status};
+use super::native::status;
+use super::user::{array, null, write};
 use crate::error::{Error, Kind};
 use crate::iwan::{Direction, Fit, Iwan, Record};
 use libc::c_double;
@@ -45,14 +46,14 @@ pub unsafe extern "C" fn mepc_iwan_force(
     status(guard(|| {
         // SAFETY: four numbers, and n of each, by the caller's word.
         let (params, displacement, branch) = unsafe {
-            let params = input("params", params, 4)?;
+            let params = array("params", params, 4)?;
             let points = points(n)?;
             if branch.is_null() {
                 return Err(null("branch"));
             }
             (
                 params,
-                input("displacement", displacement, points)?,
+                array("displacement", displacement, points)?,
                 slice::from_raw_parts(branch, points),
             )
         };
@@ -90,7 +91,7 @@ pub unsafe extern "C" fn mepc_iwan_force(
             });
         let forces: Vec<f64> = forces.collect::<Result<_, _>>()?;
         // SAFETY: n numbers by the caller's word; `forces` is ours.
-        unsafe { output(force, &forces) };
+        unsafe { write(force, &forces) };
         Ok(0)
     }))
 }
@@ -122,8 +123,8 @@ pub unsafe extern "C" fn mepc_iwan_identify(
         // SAFETY: n numbers each by the caller's word.
         let record = unsafe {
             Record::new(
-                input("displacement", displacement, points)?,
-                input("force", force, points)?,
+                array("displacement", displacement, points)?,
+                array("force", force, points)?,
             )?
         };
         if params.is_null() {
@@ -142,8 +143,8 @@ pub unsafe extern "C" fn mepc_iwan_identify(
         refuse_extrapolation(&fit)?;
         // SAFETY: four numbers each by the caller's word, or NULL.
         unsafe {
-            output(params, &fit.joint.parameters());
-            output(standard_errors, &fit.standard_errors);
+            write(params, &fit.joint.parameters());
+            write(standard_errors, &fit.standard_errors);
         }
         Ok(0)
     }))

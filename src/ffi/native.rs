@@ -4,6 +4,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 use super::guard;
+use super::user::{array, null, write};
 use crate::error::{Error, Kind};
 use crate::law::{Law, default_state_size};
 use crate::memory::{Curve, Vector};
@@ -112,37 +113,6 @@ fn bad_directions(ndir: i32) -> Error {
     )
 }
 
-pub(super) fn null(name: &str) -> Error {
-    Error::new(Kind::NullPointer, format!("{name} = NULL"))
-}
-
-/// A required array of `len` numbers.
-///
-/// # Safety
-/// `pointer` is null or points to `len` readable numbers that nobody writes during the call.
-pub(super) unsafe fn input<'a>(
-    name: &str,
-    pointer: *const c_double,
-    len: usize,
-) -> Result<&'a [f64], Error> {
-    if pointer.is_null() {
-        return Err(null(name));
-    }
-    // SAFETY: not null, and the caller vouches for the rest.
-    Ok(unsafe { slice::from_raw_parts(pointer, len) })
-}
-
-/// Writes to an array of the caller; a null pointer where the array is optional is no request.
-///
-/// # Safety
-/// `pointer` is null or points to as many writable numbers.
-pub(super) unsafe fn output(pointer: *mut c_double, values: &[f64]) {
-    if !pointer.is_null() {
-        // SAFETY: not null, room for `values` by the caller's word, and no overlap: `values` is ours.
-        unsafe { pointer.copy_from_nonoverlapping(values.as_ptr(), values.len()) }
-    }
-}
-
 /// The addresses of one point of the friction form, or of the first point of a batch.
 #[derive(Clone, Copy)]
 struct Friction {
@@ -208,10 +178,10 @@ impl Friction {
         // SAFETY: sizes by the caller's word; the inputs are read before anything is written.
         let (slip, pressure, header) = unsafe {
             (
-                Vector::<N>::from_column_slice(input("slip_increment", self.slip_increment, N)?),
-                input("pressure", self.pressure, 1)?[0],
+                Vector::<N>::from_column_slice(array("slip_increment", self.slip_increment, N)?),
+                array("pressure", self.pressure, 1)?[0],
                 law.read(
-                    input("state0", self.state0, law.layout().used())?,
+                    array("state0", self.state0, law.layout().used())?,
                     &mut memory,
                 )?,
             )
@@ -221,17 +191,17 @@ impl Friction {
         let response = law.friction_from(header, &mut memory, gcr, &slip, pressure, state1)?;
         // SAFETY: optional arrays are null or of the documented sizes.
         unsafe {
-            output(self.traction, response.traction.as_slice());
+            write(self.traction, response.traction.as_slice());
             // Row by row: nalgebra's order is by columns.
-            output(
+            write(
                 self.dtraction_dslip,
                 response.dtraction_dslip.transpose().as_slice(),
             );
-            output(
+            write(
                 self.dtraction_dpressure,
                 response.dtraction_dpressure.as_slice(),
             );
-            output(self.energy, &[response.stored, response.dissipated]);
+            write(self.energy, &[response.stored, response.dissipated]);
         }
         Ok(if response.memory_full {
             MEPC_MEMORY_FULL
@@ -267,12 +237,12 @@ impl Interface {
         let mut memory = Curve::new();
         // SAFETY: sizes by the caller's word; the inputs are read before anything is written.
         let (normal, tangential, header) = unsafe {
-            let opening = input("opening", self.opening, 1 + N)?;
+            let opening = array("opening", self.opening, 1 + N)?;
             (
                 opening[0],
                 Vector::<N>::from_column_slice(&opening[1..]),
                 law.read(
-                    input("state0", self.state0, law.layout().used())?,
+                    array("state0", self.state0, law.layout().used())?,
                     &mut memory,
                 )?,
             )
@@ -293,9 +263,9 @@ impl Interface {
         }
         // SAFETY: optional arrays are null or of the documented sizes.
         unsafe {
-            output(self.traction, &traction);
-            output(self.tangent, &tangent);
-            output(self.energy, &[friction.stored, friction.dissipated]);
+            write(self.traction, &traction);
+            write(self.tangent, &tangent);
+            write(self.energy, &[friction.stored, friction.dissipated]);
         }
         Ok(if friction.memory_full {
             MEPC_MEMORY_FULL
@@ -393,7 +363,7 @@ pub unsafe extern "C" fn mepc_law_new(
             return Err(null("law"));
         }
         // SAFETY: nprops numbers by the caller's word.
-        let props = unsafe { input("props", props, count("nprops", nprops)?)? };
+        let props = unsafe { array("props", props, count("nprops", nprops)?)? };
         let made = Box::new(mepc_law::new(props, ndir, nstate)?);
         // SAFETY: not null, writable by the caller's word.
         unsafe { law.write(Box::into_raw(made)) };
@@ -423,7 +393,7 @@ pub unsafe extern "C" fn mepc_law_free(law: *mut mepc_law) {
 pub unsafe extern "C" fn mepc_state_size(props: *const c_double, nprops: i32, ndir: i32) -> i32 {
     status(guard(|| {
         // SAFETY: nprops numbers by the caller's word.
-        let props = unsafe { input("props", props, count("nprops", nprops)?)? };
+        let props = unsafe { array("props", props, count("nprops", nprops)?)? };
         let ndir = usize::try_from(ndir).map_err(|_| bad_directions(ndir))?;
         // At most 8 + 128 + 24.
         Ok(default_state_size(props, ndir)? as i32)
