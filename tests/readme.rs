@@ -15,20 +15,30 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The first fenced block of a language, written to a file of that kind.
-fn block(language: &str, extension: &str) -> PathBuf {
+/// The first fenced block of a language.
+fn block(language: &str) -> String {
     let readme = std::fs::read_to_string(root().join("README.md")).expect("README.md");
     let fence = format!("```{language}\n");
     let (_, rest) = readme.split_once(&fence).expect("an example in the README");
     let (code, _) = rest.split_once("```").expect("a closed example");
-    let directory = root().join("build/readme").join(language);
+    code.to_owned()
+}
+
+/// The source in a directory of its own (tests run side by side).
+fn source(directory: &str, file: &str, code: &str) -> PathBuf {
+    let directory = root().join("build/readme").join(directory);
     std::fs::create_dir_all(&directory).expect("a directory for the example");
-    let file = directory.join(format!("example.{extension}"));
+    let file = directory.join(file);
     std::fs::write(&file, code).expect("the example's source");
     file
 }
 
-fn compile_and_run(compiler: &str, flags: &[&str], sources: &[&Path], directory: &Path) {
+/// Compiles the sources beside the last of them and compares what the program prints.
+fn compile_and_run(compiler: &str, flags: &[&str], sources: &[&Path]) {
+    let directory = sources
+        .last()
+        .and_then(|source| source.parent())
+        .expect("a source in a directory");
     let library = root().join("target/release");
     let program = directory.join("example");
     let compiled = Command::new(compiler)
@@ -74,38 +84,22 @@ fn compile_and_run(compiler: &str, flags: &[&str], sources: &[&Path], directory:
 
 #[test]
 fn c_example() {
-    let source = block("c", "c");
+    let source = source("c", "example.c", &block("c"));
     let flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
-    compile_and_run(
-        "cc",
-        &flags,
-        &[&source],
-        source.parent().expect("a directory"),
-    );
+    compile_and_run("cc", &flags, &[&source]);
 }
 
 #[test]
 fn c_example_as_cpp() {
-    let source = block("c", "c");
-    let directory = source.parent().expect("a directory").join("cpp");
-    std::fs::create_dir_all(&directory).expect("a directory");
     // The header in a C++ program; calloc without a cast is C only.
-    let program = directory.join("example.cpp");
-    let text = std::fs::read_to_string(&source).expect("the example");
-    let text = text.replace("= calloc(", "= (double *)calloc(");
-    std::fs::write(&program, text).expect("the example's source");
-    compile_and_run(
-        "c++",
-        &["-Wall", "-Wextra", "-Werror"],
-        &[&program],
-        &directory,
-    );
+    let code = block("c").replace("= calloc(", "= (double *)calloc(");
+    let source = source("cpp", "example.cpp", &code);
+    compile_and_run("c++", &["-Wall", "-Wextra", "-Werror"], &[&source]);
 }
 
 #[test]
 fn fortran_example() {
-    let source = block("fortran", "f90");
     let module = root().join("include/mepc.f90");
-    let directory = source.parent().expect("a directory");
-    compile_and_run("gfortran", &["-Wall"], &[&module, &source], directory);
+    let source = source("fortran", "example.f90", &block("fortran"));
+    compile_and_run("gfortran", &["-Wall"], &[&module, &source]);
 }
