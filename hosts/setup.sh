@@ -13,7 +13,7 @@ if ! python3 -c 'import venv, ensurepip' 2>/dev/null; then
   exit 1
 fi
 cmp -s "$wanted" "$venv/installed.txt" && exit 0
-echo "making $venv (some 800 MB)"
+echo "making $venv (some 1.8 GB)"
 rm -rf "$venv"
 python3 -m venv "$venv"
 "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$wanted"
