@@ -41,7 +41,7 @@ def stiffness(mesh, young, poisson, incompatible=True):
         strain = sym_grad(u)
         return ddot(2 * shear * strain + eye(lame * trace(strain), 3), sym_grad(v))
 
-    skmesh = MeshHex(mesh.points.T, mesh.hexahedra.T[CORNERS], sort_t=False)
+    skmesh = MeshHex(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.hexahedra.T[CORNERS]))
     nodal = Basis(skmesh, ElementVector(ElementHex1()), intorder=2)
     form = energy.coo_data(nodal)
     if incompatible:
