@@ -114,6 +114,34 @@ hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=-
 hosts-small: ## the same with the smallest boxes
 	$(MAKE) hosts HOSTS_SIZE=--small
 
+PYTHON := build/hosts-venv/bin/python
+LAP := $(PYTHON) studies/lap_joint
+
+.PHONY: study
+study: library cli ## the paper's studies: flat and slider, bolted lap joint, report (about half an hour)
+	hosts/setup.sh
+	$(PYTHON) studies/flat_slider/run.py
+	$(LAP)/study.py cases methods blind convergence sensitivity maps reference
+	$(LAP)/kratos.py
+	$(LAP)/pictures.py
+	$(LAP)/verdict.py
+	$(PYTHON) studies/report.py
+
+.PHONY: study-check
+study-check: library cli ## checks of the studies' numerics, one coarse loop, the kept results against the paper
+	hosts/setup.sh
+	$(PYTHON) studies/check.py
+	$(LAP)/study.py reference --check
+	$(PYTHON) studies/flat_slider/run.py --quick
+	$(LAP)/verdict.py
+	$(PYTHON) studies/report.py --check
+
+.PHONY: study-paper-size
+study-paper-size: library cli ## one loop on a mesh of the paper's size (2 cores, up to 16 GiB)
+	hosts/setup.sh
+	OMP_NUM_THREADS=2 $(LAP)/study.py paper-size
+	$(PYTHON) studies/report.py
+
 .PHONY: clean
 clean: ## remove everything that was built
 	rm -rf build target

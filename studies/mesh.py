@@ -81,11 +81,12 @@ class Builder:
             self._hexahedra.append(np.hstack([low, high]))
             self._body += [body] * len(quads)
 
-    def touch(self, name, lower, upper, zones, z):
-        """Two bodies touch over the zones at the height z, `upper` above."""
+    def touch(self, name, lower, upper, zones, z, below=False):
+        """Two bodies touch over the zones at the height z, `upper` above; or below, where displacements are prescribed
+        on the body above. The frame is reversed then: openings stay those of the body above from the one below."""
         nodes, faces = np.unique(self.plane.quads_in(zones), return_inverse=True)
         lower, upper = (self._nodes(body, nodes, z) for body in (lower, upper))
-        frame = np.tile([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]], (len(nodes), 1, 1))
+        frame = np.tile([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]], (len(nodes), 1, 1)) * (-1 if below else 1)
         self._add_pair(name, lower, upper, frame, faces.reshape(-1, 4))
 
     def touch_around(self, name, lower, upper, circle, heights, lead):

@@ -27,7 +27,7 @@ class Geometry:
     shank: float = 2.53  # of the stress cross-section
     head: float = 5.0  # also of the nut
     washer: float = 7.25
-    washer_height: float = 14.25
+    washer_height: float = 14.15
     head_height: float = 4.0
     nut_height: float = 5.0
     thread_contact: bool = False  # the thread as a contact pair, not bonded
@@ -39,7 +39,7 @@ class Density:
     """Numbers of elements. The names of the zones are those of the radii they reach to."""
 
     quarter: int = 6
-    core: int = 1
+    core: int = 2
     clearance: int = 1  # shank to hole
     head: int = 2  # hole to head
     washer: int = 2  # head to washer
