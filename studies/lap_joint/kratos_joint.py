@@ -95,7 +95,7 @@ class KratosJoint:
         self.moved = [self.nodes[number] for number in moved]
 
     def _strategy(self):
-        # The other direct solvers for unsymmetric matrices take some four times as long, and amgcl twice.
+        # The fastest of those for unsymmetric matrices: amgcl takes 1.8 times as long here, other direct ones 3 and more.
         solver = ConstructSolver(Kratos.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}'))
         criterion = Kratos.ResidualCriteria(TOLERANCE, 1e-12)
         criterion.SetEchoLevel(0)
