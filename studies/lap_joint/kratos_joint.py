@@ -95,7 +95,7 @@ class KratosJoint:
         self.moved = [self.nodes[number] for number in moved]
 
     def _strategy(self):
-        # The fastest of those for unsymmetric matrices: amgcl takes 1.8 times as long here, other direct ones 3 and more.
+        # Fastest of those for unsymmetric matrices: amgcl takes 1.8 times as long here, other direct ones 3 or more.
         solver = ConstructSolver(Kratos.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}'))
         criterion = Kratos.ResidualCriteria(TOLERANCE, 1e-12)
         criterion.SetEchoLevel(0)
