@@ -40,6 +40,7 @@ mod paper;
 mod record;
 
 pub use fit::{Fit, Warning};
+pub use paper::TOLERANCE as PAPER_TOLERANCE;
 pub use record::{Branch, Record};
 
 use crate::backbone::{Backbone, PowerLaw};

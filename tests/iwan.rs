@@ -1,7 +1,7 @@
 //! Identification of the four-parameter Iwan model: verification item 17 and the paper's tables, against loops that the
 //! closed form of the oracle gives.
 
-use mepc::iwan::{Fit, Iwan, NAMES, Record, Warning};
+use mepc::iwan::{Fit, Iwan, NAMES, PAPER_TOLERANCE, Record, Warning};
 use mepc_oracle::closed;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -159,7 +159,7 @@ fn paper_procedure_on_its_tables() {
     for (amplitude, row) in table_2.into_iter().chain(TABLE_4) {
         let data = loops(row, amplitude, 200, 1, Sampling::Uniform);
         let fit = Record::new(&data.0, &data.1)
-            .and_then(|r| r.paper())
+            .and_then(|r| r.paper(PAPER_TOLERANCE))
             .expect("a fit");
         let found = fit.joint.parameters();
         let error = |k: usize| (found[k] / row[k] - 1.0).abs();

@@ -6,7 +6,7 @@ use crate::{Outcome, print, write};
 use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use mepc::iwan::{Direction, Fit, Iwan, NAMES, Record};
+use mepc::iwan::{Direction, Fit, Iwan, NAMES, PAPER_TOLERANCE, Record};
 use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Least squares over both branches, or the paper's own procedure (Eq. (24)).
     #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
     method: Method,
+    /// The paper's procedure: the data leave the residual line where they are away from it by this part of F_s.
+    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE)]
+    tolerance: f64,
     /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(20..=100_000))]
     bootstrap: Option<u32>,
@@ -143,7 +146,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let record = arguments.columns.read(&arguments.file)?;
     let named = |error: mepc::Error| anyhow!("{file}: {}", error.message);
     let least_squares = record.least_squares();
-    let paper = record.paper();
+    let paper = record.paper(arguments.tolerance);
     let mut fit = match arguments.method {
         Method::LeastSquares => least_squares.clone().map_err(named)?,
         Method::Paper => {
@@ -157,7 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         }
     };
     if let Some(count) = arguments.bootstrap {
-        resample(&record, &mut fit, arguments.method, count, arguments.seed)?;
+        resample(&record, &mut fit, arguments, count)?;
     }
     let report = Report {
         file: &file,
@@ -190,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 /// Replaces standard errors and intervals by those of refitted loops: the fit plus residuals drawn in blocks, so that what is
 /// alike in neighbours stays so.
-fn resample(record: &Record, fit: &mut Fit, method: Method, count: u32, seed: u64) -> Result<()> {
+fn resample(record: &Record, fit: &mut Fit, arguments: &Arguments, count: u32) -> Result<()> {
     let points = fit.residuals.len();
     // The exponent 1/3 balances what is lost inside the blocks against how many there are.
     let block = (points as f64).cbrt().ceil() as usize;
@@ -206,7 +209,7 @@ fn resample(record: &Record, fit: &mut Fit, method: Method, count: u32, seed: u6
         .zip(&fit.residuals)
         .map(|(&index, residual)| record.force[index] - residual)
         .collect();
-    let mut random = fastrand::Rng::with_seed(seed);
+    let mut random = fastrand::Rng::with_seed(arguments.seed);
     let bar = ProgressBar::new(u64::from(count));
     bar.set_style(ProgressStyle::with_template(
         "resampling {bar:40} {pos}/{len} {eta}",
@@ -225,9 +228,9 @@ fn resample(record: &Record, fit: &mut Fit, method: Method, count: u32, seed: u6
             at += block;
         }
         let sample = record.with_force(force);
-        let refit = match method {
+        let refit = match arguments.method {
             Method::LeastSquares => sample.least_squares_from(fit),
-            Method::Paper => sample.paper(),
+            Method::Paper => sample.paper(arguments.tolerance),
         };
         match refit {
             Ok(refit) => {

@@ -6,7 +6,7 @@ use super::guard;
 use super::native::status;
 use super::user::{array, null, write};
 use crate::error::{Error, Kind};
-use crate::iwan::{Direction, Fit, Iwan, Record};
+use crate::iwan::{Direction, Fit, Iwan, PAPER_TOLERANCE, Record};
 use libc::c_double;
 use std::slice;
 
@@ -132,7 +132,7 @@ pub unsafe extern "C" fn mepc_iwan_identify(
         }
         let fit = match method {
             0 => record.least_squares()?,
-            1 => record.paper()?,
+            1 => record.paper(PAPER_TOLERANCE)?,
             _ => {
                 return Err(Error::new(
                     Kind::BadInput,

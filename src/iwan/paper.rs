@@ -12,8 +12,8 @@ use crate::error::{Error, Kind};
 
 /// The line is first laid through this last part of every branch.
 const LAST_PART: f64 = 0.25;
-/// The data leave the line where their running mean is away from it by this part of F_s.
-const TOLERANCE: f64 = 0.001;
+/// The data leave the line where their running mean is away from it by this part of F_s, unless told otherwise.
+pub const TOLERANCE: f64 = 0.001;
 /// The running mean is over as many points as the noise asks for, and no more than this part of all.
 const WINDOW: f64 = 1.0 / 40.0;
 /// Part of X_s whose points give the exponent: at its ends the logarithms are all noise.
@@ -29,14 +29,22 @@ struct Point {
 }
 
 impl Record {
-    /// The four parameters by the paper's procedure.
+    /// The four parameters by the paper's procedure; the data leave the residual line where they are away from it by
+    /// `tolerance` (a part of F_s, see [`TOLERANCE`]), or by more if there is noise. X_s and kappa depend on it: with a small one
+    /// a slightly bent residual line counts as micro-slip, with a large one X_s comes out short.
     ///
     /// Standard errors are those of the two straight lines; that of X_s is half the distance of the points there.
     ///
     /// # Errors
-    /// [`Kind::BadInput`] where the procedure has nothing to work on: no straight end of the branches (no gross slip), or no
-    /// points between reversal and gross slip.
-    pub fn paper(&self) -> Result<Fit, Error> {
+    /// [`Kind::BadInput`] where the procedure has nothing to work on: a tolerance not within 0 to 1, no straight end of the
+    /// branches (no gross slip), or no points between reversal and gross slip.
+    pub fn paper(&self, tolerance: f64) -> Result<Fit, Error> {
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            return Err(Error::new(
+                Kind::BadInput,
+                format!("tolerance = {tolerance:?}: must be above 0 and below 1"),
+            ));
+        }
         let mut points = self.turned();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
         let a = self.amplitude;
@@ -44,7 +52,7 @@ impl Record {
         let mut line = Line::through(&points, onset)?;
         // The line and the point where the data leave it depend on each other.
         for _ in 0..3 {
-            onset = line.left_at(&points, onset)?;
+            onset = line.left_at(&points, onset, tolerance)?;
             line = Line::through(&points, onset)?;
         }
         if onset >= (1.0 - 0.5 * LAST_PART) * a {
@@ -162,13 +170,13 @@ impl Line {
     }
 
     /// Where the data leave the line, coming back from its end.
-    fn left_at(&self, points: &[Point], onset: f64) -> Result<f64, Error> {
+    fn left_at(&self, points: &[Point], onset: f64, tolerance: f64) -> Result<f64, Error> {
         let force = 0.5 * (self.intercept[0] + self.intercept[1]);
         let noise = 3.0 * self.scatter;
-        let wanted = (noise / (TOLERANCE * force)).powi(2).ceil();
+        let wanted = (noise / (tolerance * force)).powi(2).ceil();
         let most = (WINDOW * points.len() as f64).max(5.0);
         let window = wanted.clamp(1.0, most) as usize;
-        let tolerance = (TOLERANCE * force).max(noise / (window as f64).sqrt());
+        let tolerance = (tolerance * force).max(noise / (window as f64).sqrt());
         let below = |p: &Point| self.intercept[p.side] + self.slope * p.displacement - p.force;
         // The last window whose mean is below the line; the line holds from its end on.
         let left = points
