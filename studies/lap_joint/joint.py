@@ -55,6 +55,16 @@ class Density:
         return Density(**{name: max(1, round(count * factor)) for name, count in vars(self).items()})
 
 
+MESHES = {
+    "smallest": Density(3, 1, 1, 1, 1, 2, 4, 2, 2, 1, 1),
+    "coarse": Density(4, 1, 1, 1, 1, 2, 5, 3, 3, 2, 2),
+    "study": Density(),
+    "fine": Density().finer(1.5),
+    # Fine where the solids bend; the number of contact points decides the time.
+    "paper": Density(12, 5, 3, 4, 4, 6, 52, 22, 40, 12, 18),
+}
+
+
 def build(geometry=Geometry(), density=Density()):
     """The mesh of the joint, its contact pairs from top to bottom."""
     g, d = geometry, density

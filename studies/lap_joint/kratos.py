@@ -30,15 +30,13 @@ import matplotlib.pyplot as pyplot  # noqa: E402
 import numpy as np  # noqa: E402
 from condense import Moved, condense  # noqa: E402
 from contact import Contact, Law, Solver  # noqa: E402
-from joint import POISSON, SEED, YOUNG, Case, Density, bolt_force, build, supports  # noqa: E402
+from joint import MESHES, POISSON, SEED, YOUNG, Case, bolt_force, build, supports  # noqa: E402
 from kratos_joint import KratosJoint, versions  # noqa: E402
 from loops import ROOT, cycle, provenance, write_csv  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
 LIBRARY = Path(os.environ.get("MEPC_LIBRARY", ROOT / "target/release/libmepc.so")).resolve()
 CASE = Case("P900", preload=900.0, mu=0.3, amplitude=0.02)
-# The coarse mesh of the other studies, and one about half as fine.
-COARSE, SMALL = Density(4, 1, 1, 1, 1, 2, 5, 3, 3, 2, 2), Density(3, 1, 1, 1, 1, 2, 4, 2, 2, 1, 1)
 # Half a percent of F_s was asked for. The discrete problems are the same one, so what is left is what the two Newton
 # methods leave of their residuals.
 BOUND = 1e-6
@@ -132,7 +130,7 @@ def main():
         parser.error(f"no library {LIBRARY}: run make library first")
     output = ROOT / "build/studies/kratos" if options.small else HERE / "results/kratos"
     output.mkdir(parents=True, exist_ok=True)
-    density, quarter = (SMALL, 4) if options.small else (COARSE, CASE.quarter)
+    density, quarter = (MESHES["smallest"], 4) if options.small else (MESHES["coarse"], CASE.quarter)
     path = cycle(CASE.amplitude, quarter)
     mesh = build(density=density)
     held, moved = supports(mesh)

@@ -32,7 +32,7 @@ from tqdm import tqdm
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import paper  # noqa: E402
-from joint import Case, Density, Geometry, interface, run  # noqa: E402
+from joint import MESHES, Case, Geometry, interface, run  # noqa: E402
 from loops import ROOT, identify, provenance, read_csv, write_csv  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
@@ -40,13 +40,6 @@ RESULTS, BUILD = HERE / "results", ROOT / "build/studies/lap_joint"
 REFERENCE = Case("P900", **paper.REFERENCE)
 COLUMNS = ("case", "preload_N", "mu", "amplitude_mm", "k_alpha_N_per_mm", "F_s_N", "X_s_mm", "kappa",
            "dissipation_Nmm", "k_t_N_per_mm", "flag")
-MESHES = {
-    "coarse": Density(4, 1, 1, 1, 1, 2, 5, 3, 3, 2, 2),
-    "study": Density(),
-    "fine": Density().finer(1.5),
-    # Fine where the solids bend; the number of contact points decides the time.
-    "paper": Density(12, 5, 3, 4, 4, 6, 52, 22, 40, 12, 18),
-}
 
 
 def table_1():
