@@ -133,6 +133,7 @@ study-check: library cli ## checks of the studies' numerics, one coarse loop, th
 	$(PYTHON) studies/check.py
 	$(LAP)/study.py reference --check
 	$(PYTHON) studies/flat_slider/run.py --quick
+	$(LAP)/kratos.py --small
 	$(LAP)/verdict.py
 	$(PYTHON) studies/report.py --check
 
