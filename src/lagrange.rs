@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::law::{Law, Response, check_finite};
 use crate::memory::{Curve, Matrix, Vector, onto_limit};
-use crate::state::Contact;
+use crate::state::{Contact, Header};
 
 /// What the point does.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,11 +36,37 @@ impl<const N: usize> Law<N> {
         state1: &mut [f64],
     ) -> Result<Rigid<N>, Error> {
         let mut memory = Curve::new();
-        let mut header = self.layout().read(state0, self.grid(), &mut memory)?;
+        let header = self.read(state0, &mut memory)?;
+        self.lagrange_from(
+            header,
+            &mut memory,
+            sticks,
+            multiplier,
+            slip_increment,
+            pressure,
+            state1,
+        )
+    }
+
+    /// [`Law::lagrange`] from a state that was read.
+    #[expect(clippy::too_many_arguments, reason = "those of lagrange")]
+    pub(crate) fn lagrange_from(
+        &self,
+        mut header: Header,
+        memory: &mut Curve<N>,
+        sticks: bool,
+        multiplier: &Vector<N>,
+        slip_increment: &Vector<N>,
+        pressure: f64,
+        state1: &mut [f64],
+    ) -> Result<Rigid<N>, Error> {
         check_finite(&"pressure", pressure)?;
         check_finite(&"multiplier", multiplier.sum())?;
         check_finite(&"slip_increment", slip_increment.sum())?;
-        let before: Vector<N> = memory.base().last().copied().unwrap_or_else(Vector::zeros);
+        let before: Vector<N> = memory
+            .base()
+            .last()
+            .map_or_else(Vector::zeros, |e| Vector::from(*e));
         let limit = self.properties().mu * pressure.max(0.0);
         let beyond = multiplier.norm() >= limit;
         let slip = slip_increment.norm();
@@ -61,7 +87,7 @@ impl<const N: usize> Law<N> {
         if stays {
             header.contact = Contact::Stick;
             header.dissipated += lost;
-            self.layout().write(&header, Some(&memory), state1);
+            self.layout().write(&header, Some(memory), state1);
             return Ok(Rigid::Stick);
         }
         let along = if sticks {
@@ -92,7 +118,7 @@ impl<const N: usize> Law<N> {
             0.0
         };
         check_finite(&"accumulated dissipation", header.dissipated)?;
-        self.layout().write(&header, Some(&memory), state1);
+        self.layout().write(&header, Some(memory), state1);
         Ok(Rigid::Slip(Response {
             traction,
             dtraction_dslip: (Matrix::identity() - direction * direction.transpose()) * turning,

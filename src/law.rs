@@ -2,7 +2,7 @@
 
 use crate::backbone::Choice;
 use crate::error::{Error, Kind};
-use crate::memory::{Curve, Grid, Increment, Matrix, Vector};
+use crate::memory::{Curve, Grid, Increment, Matrix, Vector, length};
 use crate::properties::{Method, PressureRule, Properties};
 use crate::state::{Contact, Header, Layout};
 
@@ -17,7 +17,7 @@ pub struct Law<const N: usize> {
     properties: Properties,
     layout: Layout,
     backbone: Choice,
-    grid: Grid,
+    grid: Grid<N>,
 }
 
 /// What the contact gives at the end of an increment, friction form. All per area.
@@ -84,7 +84,7 @@ impl<const N: usize> Law<N> {
         &self.layout
     }
 
-    pub(crate) fn grid(&self) -> &Grid {
+    pub(crate) fn grid(&self) -> &Grid<N> {
         &self.grid
     }
 
@@ -127,7 +127,7 @@ impl<const N: usize> Law<N> {
     }
 
     /// Reads and checks a state; its memory goes to `memory`, empty before.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn read(&self, state0: &[f64], memory: &mut Curve<N>) -> Result<Header, Error> {
         self.layout.read(state0, &self.grid, memory)
     }
@@ -185,7 +185,7 @@ impl<const N: usize> Law<N> {
     }
 
     /// [`Law::friction`] from a state that was read: the pressure rule, the memory curve, the physical units.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn friction_from(
         &self,
         old: Header,
@@ -207,16 +207,12 @@ impl<const N: usize> Law<N> {
         }
         check_finite(&"pressure", pressure)?;
         let d = slip_increment / gcr;
-        for (index, (d, slip)) in d.iter().zip(slip_increment.iter()).enumerate() {
-            if d.is_nan() || d.abs() > LONGEST {
-                return Err(Error::new(
-                    Kind::BadInput,
-                    format!(
-                        "slip_increment[{index}] = {slip:?}: must be finite and no more than {LONGEST:e} \
-                         critical slips ({gcr})"
-                    ),
-                ));
+        for index in 0..N {
+            // Not a number is neither.
+            if d[index].abs() <= LONGEST {
+                continue;
             }
+            return Err(too_long(index, slip_increment[index], gcr));
         }
         let mut header = old;
         if pressure <= 0.0 {
@@ -270,6 +266,12 @@ impl<const N: usize> Law<N> {
         };
         let limit = self.properties.mu * pressure;
         let energy = limit * gcr;
+        let stored = if contact.is_none() && pressure == old.pressure {
+            // Nothing happened: not a bit changes.
+            old.stored
+        } else {
+            stored * energy
+        };
         let response = Response {
             traction: traction * limit,
             dtraction_dslip: tangent * (limit / gcr),
@@ -278,7 +280,7 @@ impl<const N: usize> Law<N> {
             } else {
                 traction * self.properties.mu
             },
-            stored: stored * energy,
+            stored,
             dissipated: dissipated * energy + lost,
             contact: contact.unwrap_or(match old.contact {
                 Contact::Open => Contact::Stick,
@@ -290,7 +292,7 @@ impl<const N: usize> Law<N> {
         header.pressure = pressure;
         header.stored = response.stored;
         header.dissipated += response.dissipated;
-        header.slip_length += slip_increment.norm();
+        header.slip_length += length(slip_increment);
         // Huge but finite inputs may overflow in a product; nothing infinite may leave.
         let sum = response.traction.sum()
             + response.dtraction_dslip.sum()
@@ -337,12 +339,29 @@ fn check_directions(ndir: usize) -> Result<(), Error> {
     ))
 }
 
+#[cold]
+fn too_long(index: usize, slip: f64, gcr: f64) -> Error {
+    Error::new(
+        Kind::BadInput,
+        format!(
+            "slip_increment[{index}] = {slip:?}: must be finite and no more than {LONGEST:e} \
+             critical slips ({gcr})"
+        ),
+    )
+}
+
+#[inline(always)]
 pub(crate) fn check_finite(name: &impl std::fmt::Display, value: f64) -> Result<(), Error> {
     if value.is_finite() {
         return Ok(());
     }
-    Err(Error::new(
+    Err(not_finite(name, value))
+}
+
+#[cold]
+fn not_finite(name: &impl std::fmt::Display, value: f64) -> Error {
+    Error::new(
         Kind::BadInput,
         format!("{name} = {value:?}: must be finite"),
-    ))
+    )
 }

@@ -23,8 +23,6 @@ pub const MAX_USED: usize = HEADER + 2 * MAX_BASE + 3 * MAX_FLOATING;
 const DEFLECTION_TOLERANCE: f64 = 1e-9;
 /// Knots closer than this in r are no knots of ours, and a slope between them would be noise.
 const CLOSEST: f64 = 1e-15;
-/// Rounding leaves this much; only what exceeds it is worth a projection.
-const DEFLECTION_ROUNDING: f64 = 1e-13;
 
 const HEADER_NAMES: [&str; HEADER] = [
     "ContactStatus",
@@ -50,6 +48,10 @@ pub enum Contact {
     MicroSlip = 2,
     /// All slip elements slip.
     GrossSlip = 3,
+}
+
+impl Contact {
+    const ALL: [Self; 4] = [Self::Open, Self::Stick, Self::MicroSlip, Self::GrossSlip];
 }
 
 /// The first numbers of a state.
@@ -151,56 +153,76 @@ impl Layout {
     pub(crate) fn read<const N: usize>(
         &self,
         state: &[f64],
-        grid: &Grid,
+        grid: &Grid<N>,
         curve: &mut Curve<N>,
     ) -> Result<Header, Error> {
-        let Some(state) = state.get(..self.used()) else {
+        // In one direction r = 1 is all there is.
+        let base_knots = if N == 1 { 1 } else { self.base };
+        let used = HEADER + base_knots * N + self.floating * (1 + N);
+        let Some(state) = state.get(..used) else {
             return Err(Error::new(
                 Kind::BadState,
                 format!("state0 has {} numbers, not {}", state.len(), self.nstate),
             ));
         };
-        if !all_finite(state) {
-            let index = state.iter().position(|x| !x.is_finite()).unwrap_or(0);
-            return Err(self.bad(state, index, "finite"));
+        let (header, memory) = state.split_at(HEADER);
+        let header: &[f64; HEADER] = header.try_into().expect("HEADER numbers");
+        let [
+            status,
+            pressure,
+            stored,
+            dissipated,
+            slip_length,
+            jump1,
+            jump2,
+            count,
+        ] = *header;
+        if !all_finite(header) {
+            return Err(self.not_finite(state));
         }
-        let contact = match state[0] {
-            0.0 => Contact::Open,
-            1.0 => Contact::Stick,
-            2.0 => Contact::MicroSlip,
-            3.0 => Contact::GrossSlip,
+        let contact = match Contact::ALL.get(usize::from(status as u8)) {
+            Some(contact) if f64::from(status as u8) == status => *contact,
             _ => return Err(self.bad(state, 0, "0, 1, 2 or 3")),
         };
-        if state[1] < 0.0 {
+        if pressure < 0.0 {
             return Err(self.bad(state, 1, ">= 0"));
         }
-        let count = state[7] as usize;
-        if count as f64 != state[7] || count > self.floating {
+        let floating = count as u8;
+        if f64::from(floating) != count || usize::from(floating) > self.floating {
             let allowed = format!("a whole number from 0 to {}", self.floating);
             return Err(self.bad(state, 7, &allowed));
         }
-        let (base, floating) = state[HEADER..].split_at(self.base * N);
-        let floating = &floating[..count * (1 + N)];
-        for (k, (node, e)) in grid.nodes().iter().zip(base.chunks_exact(N)).enumerate() {
-            match deflection(node.r, e) {
-                Some(e) => curve.push_base(e),
-                None => return Err(self.bad_deflection(state, HEADER + k * N, node.r)),
-            }
+        let (base, memory) = memory.split_at(base_knots * N);
+        let (floating, unused) = memory.split_at(usize::from(floating) * (1 + N));
+        // Nearly always zeros.
+        if unused.iter().fold(0, |bits, x| bits | x.to_bits()) != 0 && !all_finite(unused) {
+            return Err(self.not_finite(state));
         }
-        let (mut previous, mut above) = (0.0, 0);
+        if !curve.set_base(grid, base.as_chunks().0) {
+            self.project_base(state, grid, curve)?;
+        }
+        let mut previous = 0.0;
         for (index, knot) in floating.chunks_exact(1 + N).enumerate() {
-            let slot = HEADER + self.base * N + index * (1 + N);
+            let slot = HEADER + base_knots * N + index * (1 + N);
             let r = knot[0];
-            while grid.nodes()[above].r <= r && above + 1 < self.base {
-                previous = grid.nodes()[above].r;
-                above += 1;
-            }
-            if !(r - previous >= CLOSEST && grid.nodes()[above].r - r >= CLOSEST) {
-                return Err(self.bad(
-                    state,
-                    slot,
-                    "above the knot before it and between knots of the base grid",
-                ));
+            let above = grid.interval(r);
+            let below = above.checked_sub(1).map_or(0.0, |k| grid.nodes()[k].r);
+            let apart = grid
+                .nodes()
+                .get(above)
+                .is_some_and(|node| node.r - r >= CLOSEST)
+                && r - below >= CLOSEST
+                && r - previous >= CLOSEST;
+            if !apart {
+                return Err(if r.is_finite() {
+                    self.bad(
+                        state,
+                        slot,
+                        "above the knot before it and between knots of the base grid",
+                    )
+                } else {
+                    self.not_finite(state)
+                });
             }
             previous = r;
             match deflection(r, &knot[1..]) {
@@ -210,47 +232,75 @@ impl Layout {
         }
         Ok(Header {
             contact,
-            pressure: state[1],
-            stored: state[2],
-            dissipated: state[3],
-            slip_length: state[4],
-            jump: [state[5], state[6]],
+            pressure,
+            stored,
+            dissipated,
+            slip_length,
+            jump: [jump1, jump2],
         })
     }
 
+    /// Brings base deflections that are a little too long back onto their slip limits.
+    #[cold]
+    fn project_base<const N: usize>(
+        &self,
+        state: &[f64],
+        grid: &Grid<N>,
+        curve: &mut Curve<N>,
+    ) -> Result<(), Error> {
+        for (k, node) in grid.nodes().iter().enumerate() {
+            let at = HEADER + k * N;
+            match deflection(node.r, &state[at..at + N]) {
+                Some(e) => curve.set_base_knot(k, e),
+                None => return Err(self.bad_deflection(state, at, node.r)),
+            }
+        }
+        Ok(())
+    }
+
     /// Writes a state; `curve` None is an empty memory.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn write<const N: usize>(
         &self,
         header: &Header,
         curve: Option<&Curve<N>>,
         state: &mut [f64],
     ) {
-        state[0] = f64::from(header.contact as u8);
-        state[1] = header.pressure;
-        state[2] = header.stored;
-        state[3] = header.dissipated;
-        state[4] = header.slip_length;
-        state[5] = header.jump[0];
-        state[6] = header.jump[1];
-        state[7] = 0.0;
-        let mut base = HEADER;
-        let mut floating = HEADER + self.base * N;
+        let base_knots = if N == 1 { 1 } else { self.base };
+        let (start, memory) = state.split_at_mut(HEADER);
+        let (base, memory) = memory.split_at_mut(base_knots * N);
+        let mut count = 0;
         if let Some(curve) = curve {
-            for e in curve.base() {
-                state[base..base + N].copy_from_slice(e.as_slice());
-                base += N;
-            }
-            for knot in curve.floating() {
-                state[floating] = knot.r;
-                state[floating + 1..floating + 1 + N].copy_from_slice(knot.e.as_slice());
-                floating += 1 + N;
-            }
-            state[7] = curve.floating().len() as f64;
+            base.copy_from_slice(curve.base()[..base_knots].as_flattened());
+            count = curve.floating().len();
         } else {
-            state[base..floating].fill(0.0);
+            base.fill(0.0);
         }
-        state[floating..].fill(0.0);
+        let (floating, unused) = memory.split_at_mut(count * (1 + N));
+        if let Some(curve) = curve {
+            for (slots, knot) in floating.chunks_exact_mut(1 + N).zip(curve.floating()) {
+                slots[0] = knot.r;
+                slots[1..].copy_from_slice(knot.e.as_slice());
+            }
+        }
+        unused.fill(0.0);
+        start.copy_from_slice(&[
+            f64::from(header.contact as u8),
+            header.pressure,
+            header.stored,
+            header.dissipated,
+            header.slip_length,
+            header.jump[0],
+            header.jump[1],
+            count as f64,
+        ]);
+    }
+
+    /// The error for the first number that is not finite.
+    #[cold]
+    fn not_finite(&self, state: &[f64]) -> Error {
+        let index = state.iter().position(|x| !x.is_finite()).unwrap_or(0);
+        self.bad(state, index, "finite")
     }
 
     /// The error for a number that no state holds there.
@@ -280,11 +330,11 @@ impl Layout {
     }
 }
 
-/// Whether all are finite: x * 0 is NaN exactly where x is not. Several sums, so that none waits for another.
+/// Whether all are finite: x * 0 is NaN exactly where x is not. Two sums side by side.
 #[inline]
 fn all_finite(values: &[f64]) -> bool {
-    let (chunks, rest) = values.as_chunks::<8>();
-    let mut sums = [0.0; 8];
+    let (chunks, rest) = values.as_chunks::<2>();
+    let mut sums = [0.0; 2];
     for chunk in chunks {
         for (sum, x) in sums.iter_mut().zip(chunk) {
             *sum += x * 0.0;
@@ -299,7 +349,7 @@ fn all_finite(values: &[f64]) -> bool {
 fn deflection<const N: usize>(r: f64, e: &[f64]) -> Option<Vector<N>> {
     let e = Vector::<N>::from_column_slice(e);
     let (length2, limit2) = (e.norm_squared(), r * r);
-    if length2 <= limit2 * (1.0 + DEFLECTION_ROUNDING) {
+    if length2 <= limit2 * (1.0 + memory::ROUNDING) {
         Some(e)
     } else if length2 <= limit2 * (1.0 + DEFLECTION_TOLERANCE) * (1.0 + DEFLECTION_TOLERANCE) {
         Some(memory::onto_limit(r, &e))

@@ -2,8 +2,13 @@
 
 use super::{Backbone, Values};
 
+/// Below this over chi the integrals of f come from their series.
+const SERIES_BELOW: f64 = 0.05;
 /// Terms of the Taylor series used at small r.
 const TERMS: usize = 12;
+
+/// The paper's exponent, for which the shortest formula is written out.
+const PAPER: f64 = 2.5;
 
 /// f = 1 - (1 - r)^chi with chi >= 1.
 ///
@@ -16,8 +21,8 @@ pub struct PowerLaw {
     inverse_next: f64,
     /// 2 chi where that is a small whole number: then a square root replaces the logarithm.
     half_powers: Option<u32>,
-    /// Below this r the integrals come from their series: 2 F - r f would cancel.
-    series_below: f64,
+    /// From this r on the formulas of the paper's exponent hold.
+    paper_from: f64,
     /// Coefficients of r^(n+1), n = 1.., in F.
     integral_series: [f64; TERMS],
     /// Coefficients of r^(n+1), n = 1.., in G.
@@ -42,18 +47,44 @@ impl PowerLaw {
             chi,
             inverse_next: 1.0 / (chi + 1.0),
             half_powers: (doubled.fract() == 0.0 && doubled <= 16.0).then_some(doubled as u32),
-            // The line of chi = 1 is its own series: no loss at all below r = 1.
-            series_below: if chi == 1.0 { 1.0 } else { 0.05 / chi },
+            paper_from: if chi == PAPER {
+                SERIES_BELOW / PAPER
+            } else {
+                f64::INFINITY
+            },
             integral_series,
             loss_series,
         }
     }
 }
 
-impl Backbone for PowerLaw {
-    // Inlined: values that travel through memory stall the pipeline for longer than the square root takes.
+impl PowerLaw {
+    /// Below this r the integrals come from their series: 2 F - r f would cancel.
+    fn series_below(&self) -> f64 {
+        // The line of chi = 1 is its own series: no loss at all below r = 1.
+        if self.chi == 1.0 {
+            1.0
+        } else {
+            SERIES_BELOW / self.chi
+        }
+    }
+
+    /// All from f and f'. Without the series 2 F - r f cancels at small r.
     #[inline(always)]
-    fn at(&self, r: f64) -> Values {
+    fn values(&self, r: f64, f: f64, slope: f64) -> Values {
+        // 1 - (1 - r)^(chi + 1) = f + r (1 - f)
+        let integral = r - (f + r * (1.0 - f)) * self.inverse_next;
+        Values {
+            f,
+            slope,
+            integral,
+            loss: 2.0 * integral - r * f,
+        }
+    }
+
+    /// Any exponent, any r.
+    #[inline(never)]
+    fn general(&self, r: f64) -> Values {
         let rest = 1.0 - r;
         // f without the cancellation of 1 - (1 - r)^chi, and slope = chi (1 - r)^(chi - 1).
         let (f, slope) = if let Some(n) = self.half_powers {
@@ -77,20 +108,28 @@ impl Backbone for PowerLaw {
         } else {
             (1.0, 0.0)
         };
-        let (integral, loss) = if r < self.series_below {
+        let mut values = self.values(r, f, slope);
+        if r < self.series_below() {
             let series = |c: &[f64; TERMS]| c.iter().rev().fold(0.0, |sum, c| sum * r + c) * r * r;
-            (series(&self.integral_series), series(&self.loss_series))
-        } else {
-            // 1 - (1 - r)^(chi + 1) = f + r (1 - f)
-            let integral = r - (f + r * (1.0 - f)) * self.inverse_next;
-            (integral, 2.0 * integral - r * f)
-        };
-        Values {
-            f,
-            slope,
-            integral,
-            loss,
+            values.integral = series(&self.integral_series);
+            values.loss = series(&self.loss_series);
         }
+        values
+    }
+}
+
+impl Backbone for PowerLaw {
+    // Inlined: values that travel through memory stall the pipeline for longer than the square root takes.
+    #[inline(always)]
+    fn at(&self, r: f64) -> Values {
+        if r >= self.paper_from {
+            // With u = sqrt(1 - r): 1 - u rest^2 = (1 - u) + u (1 - rest^2), and 1 - u = r / (1 + u).
+            let rest = 1.0 - r;
+            let u = rest.sqrt();
+            let f = r * (1.0 / (1.0 + u) + u * (1.0 + rest));
+            return self.values(r, f, PAPER * rest * u);
+        }
+        self.general(r)
     }
 
     fn initial_slope(&self) -> f64 {
@@ -117,6 +156,7 @@ mod tests {
             let fast = PowerLaw::new(chi);
             let mut slow = fast.clone();
             slow.half_powers = None;
+            slow.paper_from = f64::INFINITY;
             for k in 0..1000 {
                 let (a, b) = (fast.at(k as f64 / 1000.0), slow.at(k as f64 / 1000.0));
                 assert_relative_eq!(a.f, b.f, epsilon = 0.0, max_relative = 2e-15);
@@ -130,7 +170,7 @@ mod tests {
     fn series_joins_the_closed_form() {
         for chi in [1.0, 1.3, 2.5, 8.0, 40.0, 1000.0] {
             let law = PowerLaw::new(chi);
-            let r = law.series_below;
+            let r = law.series_below();
             let (below, above) = (law.at(r * (1.0 - 1e-15)), law.at(r));
             assert_relative_eq!(
                 below.integral,

@@ -5,11 +5,11 @@
 
 use super::guard;
 use super::host::{Place, Severity, report};
-use super::user::{self, Laws, StateCopy, count, cut_back, name, read, turn, vector, write};
+use super::user::{self, Laws, count, cut_back, name, null, read, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
 use crate::law::{Law, Response, check_finite};
-use crate::memory::{Matrix, Vector};
+use crate::memory::{Curve, Matrix, Vector};
 use crate::properties::Method;
 use crate::state::HEADER;
 use libc::{c_char, c_double};
@@ -83,27 +83,14 @@ impl Arguments {
         unsafe {
             let law = self.law(laws)?;
             let layout = law.layout();
-            let mut copy = StateCopy::new();
-            let state0 = user::state("STATEV", layout, self.statev, &mut copy)?;
-            if N == 2 {
-                turn(self.drot, layout, state0)?;
-            }
-            let front = HEADER + (layout.base - 1) * N;
-            let before = Vector::<N>::from_column_slice(&state0[front..front + N]);
+            let mut memory = Curve::new();
+            let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
+            let last = layout.base - 1;
+            let before = Vector::from(memory.base()[last]);
             let slip = vector::<N>("DGAM", self.dgam)?;
             let pressure = read("PRESS", self.press)?;
             check_finite(&"PRESS", pressure)?;
-            for (name, pointer) in [
-                ("TAU", self.tau),
-                ("DDTDDG", self.ddtddg),
-                ("DDTDDP", self.ddtddp),
-                ("DSLIP", self.dslip),
-                ("SED", self.sed),
-                ("SFD", self.sfd),
-                ("PNEWDT", self.pnewdt),
-            ] {
-                read(name, pointer)?;
-            }
+            self.check_outputs()?;
             let lm = read("LM", self.lm)?;
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
@@ -113,7 +100,9 @@ impl Arguments {
             let rigid = law.properties().method == Method::Lagrange;
             let response = match lm {
                 // The point was open: forget, and stay frictionless for this increment.
-                OPEN => law.friction(gcr, &Vector::zeros(), 0.0, state0, state1)?,
+                OPEN => {
+                    law.friction_from(header, &mut memory, gcr, &Vector::zeros(), 0.0, state1)?
+                }
                 SLIPPING | STICKING if rigid => {
                     let multiplier = match lm {
                         STICKING => vector::<N>("TAULM", self.taulm)?,
@@ -121,7 +110,15 @@ impl Arguments {
                         _ => vector::<N>("TAULM", self.taulm).unwrap_or_else(|_| Vector::zeros()),
                     };
                     let held = lm == STICKING;
-                    match law.lagrange(held, &multiplier, &slip, pressure, state0, state1)? {
+                    match law.lagrange_from(
+                        header,
+                        &mut memory,
+                        held,
+                        &multiplier,
+                        &slip,
+                        pressure,
+                        state1,
+                    )? {
                         Rigid::Stick => {
                             *self.lm = STICKING;
                             write(self.dslip, Vector::<N>::zeros().as_slice());
@@ -132,7 +129,9 @@ impl Arguments {
                         Rigid::Slip(response) => response,
                     }
                 }
-                SLIPPING | STICKING => law.friction(gcr, &slip, pressure, state0, state1)?,
+                SLIPPING | STICKING => {
+                    law.friction_from(header, &mut memory, gcr, &slip, pressure, state1)?
+                }
                 other => {
                     return Err(Error::new(
                         Kind::BadInput,
@@ -144,12 +143,29 @@ impl Arguments {
             let elastic = if rigid {
                 Vector::zeros()
             } else {
-                (Vector::<N>::from_column_slice(&state1[front..front + N]) - before) * gcr
+                let last = HEADER + last * N;
+                (Vector::<N>::from_column_slice(&state1[last..last + N]) - before) * gcr
             };
             *self.lm = if lm == OPEN { OPEN } else { SLIPPING };
             self.answer(&response);
             write(self.dslip, (slip - elastic).as_slice());
             Ok(())
+        }
+    }
+
+    fn check_outputs(&self) -> Result<(), Error> {
+        let outputs = [
+            ("TAU", self.tau),
+            ("DDTDDG", self.ddtddg),
+            ("DDTDDP", self.ddtddp),
+            ("DSLIP", self.dslip),
+            ("SED", self.sed),
+            ("SFD", self.sfd),
+            ("PNEWDT", self.pnewdt),
+        ];
+        match outputs.iter().find(|(_, pointer)| pointer.is_null()) {
+            Some((name, _)) => Err(null(name)),
+            None => Ok(()),
         }
     }
 

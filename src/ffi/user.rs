@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Kind};
 use crate::law::{Law, check_finite};
-use crate::memory::{Matrix, Vector};
-use crate::state::{Layout, MAX_USED, rotate};
+use crate::memory::{Curve, Matrix, Vector};
+use crate::state::{Header, Layout, MAX_USED, rotate};
 use arrayvec::ArrayVec;
 use libc::{c_char, c_double};
 use std::cell::RefCell;
@@ -195,6 +195,39 @@ pub(super) unsafe fn name(pointer: *const c_char) -> String {
     String::from_utf8_lossy(bytes).trim_end().to_string()
 }
 
+/// Reads a state whose remembered vectors turn with the slip directions.
+///
+/// # Safety
+/// `pointer` is null or points to a state of this law; `drot` as in [`turn`].
+#[inline(always)]
+pub(super) unsafe fn read_turned<const N: usize>(
+    name: &str,
+    law: &Law<N>,
+    pointer: *const c_double,
+    drot: *const c_double,
+    memory: &mut Curve<N>,
+) -> Result<Header, Error> {
+    // SAFETY: as the caller says.
+    unsafe {
+        if N == 1 || stays(drot) {
+            return law.read(array(name, pointer, law.layout().used())?, memory);
+        }
+        let mut copy = StateCopy::new();
+        let state = state(name, law.layout(), pointer, &mut copy)?;
+        turn(drot, law.layout(), state)?;
+        law.read(state, memory)
+    }
+}
+
+/// Whether the slip directions stay what they were.
+///
+/// # Safety
+/// As in [`turn`].
+unsafe fn stays(drot: *const c_double) -> bool {
+    // SAFETY: four numbers by the caller's word.
+    drot.is_null() || unsafe { slice::from_raw_parts(drot, 4) } == [1.0, 0.0, 0.0, 1.0]
+}
+
 /// Turns the remembered vectors with the slip directions.
 ///
 /// # Safety
@@ -204,14 +237,12 @@ pub(super) unsafe fn turn(
     layout: &Layout,
     state: &mut [f64],
 ) -> Result<(), Error> {
-    if drot.is_null() {
+    // SAFETY: as the caller says.
+    if unsafe { stays(drot) } {
         return Ok(());
     }
     // SAFETY: four numbers by the caller's word.
     let drot = unsafe { slice::from_raw_parts(drot, 4) };
-    if drot == [1.0, 0.0, 0.0, 1.0] {
-        return Ok(());
-    }
     let drot = Matrix::<2>::from_column_slice(drot);
     let off = (drot.transpose() * drot - Matrix::<2>::identity()).norm();
     let proper = off < ORTHOGONALITY && drot.determinant() > 0.0;

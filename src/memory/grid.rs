@@ -1,0 +1,189 @@
+//! The base grid: knots that are never dropped, and what follows from them once and for all.
+
+use super::lane::Lane;
+use super::{ROUNDING, SAME};
+use crate::backbone::{Backbone, Values};
+use std::array::from_fn;
+
+/// A knot of the base grid with all that does not change.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// Slip limit.
+    pub r: f64,
+    /// Squared length from which a trial deflection is outside.
+    pub(super) outside: f64,
+    pub(super) values: Values,
+    /// 1 / width of the segment below.
+    pub(super) inverse_width: f64,
+    /// Secants of f and G over the segment below.
+    pub(super) secant: f64,
+    pub(super) loss_secant: f64,
+    /// Weight of e in the traction: secant below - secant above.
+    pub(super) weight: f64,
+    /// Weights of |e|^2, and of e times the deflection of the knot below, in the stored energy.
+    pub(super) energy: f64,
+    pub(super) energy_below: f64,
+}
+
+/// As many knots of the base grid side by side as there are directions, for loops that treat them at once.
+///
+/// With base knots only, the sums of the curve are sums over the knots with fixed weights. Past the last knot there
+/// are some without weight that never slip.
+#[derive(Clone, Debug)]
+pub(super) struct Lanes<const N: usize> {
+    pub(super) r: Lane<N>,
+    pub(super) outside: Lane<N>,
+    /// Squared length that a deflection may have.
+    limit2: Lane<N>,
+    pub(super) weight: Lane<N>,
+    pub(super) energy: Lane<N>,
+    pub(super) energy_below: Lane<N>,
+    /// Weight of a slipping knot's excess over its limit in the dissipated energy: secant of G above - secant below.
+    pub(super) loss: Lane<N>,
+    /// Weight over r^2: weight times n n^T for a knot that slips in the direction n is this times e e^T.
+    pub(super) turn: Lane<N>,
+}
+
+/// The base grid of a backbone.
+#[derive(Clone, Debug)]
+pub struct Grid<const N: usize> {
+    pub(super) nodes: Vec<Node>,
+    pub(super) lanes: Vec<Lanes<N>>,
+    pub(super) initial_slope: f64,
+}
+
+impl<const N: usize> Grid<N> {
+    /// `count` knots (knot 0 is not stored), the last at r = 1.
+    pub fn new(backbone: &impl Backbone, count: usize) -> Self {
+        let at = |k: usize| {
+            let r = backbone.grid(k, count);
+            (r, backbone.at(r))
+        };
+        let nodes: Vec<Node> = (1..=count)
+            .map(|k| {
+                let (below, (r, values)) = (at(k - 1), at(k));
+                let inverse_width = 1.0 / (r - below.0);
+                let lower = Secants::new(below, (r, values));
+                // Above r = 1 there is nothing.
+                let upper = if k < count {
+                    Secants::new((r, values), at(k + 1))
+                } else {
+                    Secants::default()
+                };
+                Node {
+                    r,
+                    outside: outside(r),
+                    values,
+                    inverse_width,
+                    secant: lower.f,
+                    loss_secant: (values.loss - below.1.loss) * inverse_width,
+                    weight: lower.f - upper.f,
+                    energy: lower.energy_end + upper.energy_start,
+                    energy_below: lower.energy_product,
+                }
+            })
+            .collect();
+        let lanes = (0..count.div_ceil(N))
+            .map(|chunk| {
+                let column = |value: &dyn Fn(usize, &Node) -> f64, beyond| {
+                    Lane(from_fn(|lane| {
+                        let k = chunk * N + lane;
+                        nodes.get(k).map_or(beyond, |node| value(k, node))
+                    }))
+                };
+                // By parts, with G' = 1 at r = 1.
+                let secant_above = |k: usize| nodes.get(k + 1).map_or(1.0, |node| node.loss_secant);
+                Lanes {
+                    r: column(&|_, node| node.r, 2.0),
+                    outside: column(&|_, node| node.outside, f64::INFINITY),
+                    limit2: column(&|_, node| node.r * node.r * (1.0 + ROUNDING), 1.0),
+                    weight: column(&|_, node| node.weight, 0.0),
+                    energy: column(&|_, node| node.energy, 0.0),
+                    energy_below: column(&|_, node| node.energy_below, 0.0),
+                    loss: column(&|k, node| secant_above(k) - node.loss_secant, 0.0),
+                    turn: column(&|_, node| node.weight / (node.r * node.r), 0.0),
+                }
+            })
+            .collect();
+        Grid {
+            nodes,
+            lanes,
+            initial_slope: backbone.initial_slope(),
+        }
+    }
+
+    /// The knots, ascending in r.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Whether these deflections of the base knots are within their slip limits, to rounding.
+    #[inline(always)]
+    pub(super) fn holds(&self, base: &[[f64; N]]) -> bool {
+        let (chunks, rest) = base.as_chunks::<N>();
+        let mut within = Lane::ZERO;
+        for (lanes, chunk) in self.lanes.iter().zip(chunks) {
+            let length2 = (0..N).fold(Lane::ZERO, |sum, i| {
+                let e = Lane(from_fn(|lane| chunk[lane][i]));
+                sum + e * e
+            });
+            within = within + length2.at_most(lanes.limit2).number();
+        }
+        let mut count = within.sum();
+        for (lanes, e) in self.lanes[chunks.len()..].iter().zip(rest) {
+            let length2: f64 = e.iter().map(|e| e * e).sum();
+            count += f64::from(u8::from(length2 <= lanes.limit2.0[0]));
+        }
+        count == base.len() as f64
+    }
+
+    /// The base knot next above r < 1. In one direction there is only one.
+    #[inline(always)]
+    pub fn interval(&self, r: f64) -> usize {
+        if N == 1 {
+            return 0;
+        }
+        let r = Lane::all(r);
+        let below = self
+            .lanes
+            .iter()
+            .fold(Lane::ZERO, |sum, lanes| sum + lanes.r.at_most(r).number());
+        usize::from(below.sum() as u8)
+    }
+
+    /// f'(0), the sticking stiffness.
+    pub fn initial_slope(&self) -> f64 {
+        self.initial_slope
+    }
+}
+
+/// What a segment of the base grid gives.
+#[derive(Default)]
+struct Secants {
+    f: f64,
+    /// The energy stored in a segment from a to b with slope m = (e_b - e_a) / width,
+    /// m.(f_b e_b - f_a e_a) - |m|^2 (F_b - F_a), as a form in e_a and e_b.
+    energy_start: f64,
+    energy_product: f64,
+    energy_end: f64,
+}
+
+impl Secants {
+    fn new((a, below): (f64, Values), (b, above): (f64, Values)) -> Self {
+        let inverse_width = 1.0 / (b - a);
+        let mean = (above.integral - below.integral) * inverse_width;
+        Secants {
+            f: (above.f - below.f) * inverse_width,
+            energy_start: (below.f - mean) * inverse_width,
+            energy_product: (2.0 * mean - below.f - above.f) * inverse_width,
+            energy_end: (above.f - mean) * inverse_width,
+        }
+    }
+}
+
+/// Squared length from which a trial deflection is outside the slip limit r.
+#[inline]
+pub(super) fn outside(r: f64) -> f64 {
+    let limit = (r - SAME).max(0.0);
+    limit * limit
+}

@@ -1,0 +1,172 @@
+//! The memory curve: what the contact remembers, and how it moves.
+//!
+//! Everything here is normalised: slip by the critical slip, traction by mu p. The state is a curve e(r),
+//! 0 <= r <= 1: the elastic deflection of the slip element whose slip limit is r, with |e(r)| <= r and
+//! e(0) = 0. It is kept as sorted knots, linear in between. Two kinds of knot: those of a fixed **base** grid are
+//! never dropped, **floating** ones stand where a reversal turned and at the front of the slipping elements.
+//!
+//! The traction is the sum over the elements, integrated by parts so that only secants of the backbone are needed:
+//!
+//! ```text
+//! t = sum_k (e_k+1 - e_k) / (r_k+1 - r_k) (f(r_k+1) - f(r_k))
+//! ```
+//!
+//! A slip increment d moves every element by d; those beyond their limit slip (radial return). On a straight
+//! path that is exact to rounding, for any number of reversals that the floating knots can hold.
+//!
+//! Nearly always the elements slip from the weakest up to one front and stick above it: `one_front` is the step for
+//! that, in one direction and in two, and `general` the step for everything else.
+
+mod general;
+mod grid;
+mod lane;
+mod one_front;
+mod segment;
+
+pub use grid::{Grid, Node};
+
+use crate::backbone::Backbone;
+use crate::state::{Contact, MAX_BASE, MAX_FLOATING};
+use arrayvec::ArrayVec;
+use nalgebra::{SMatrix, SVector};
+
+/// A vector in the tangential plane: N = 1 or 2 directions.
+pub type Vector<const N: usize> = SVector<f64, N>;
+/// A tangent in the tangential plane.
+pub type Matrix<const N: usize> = SMatrix<f64, N, N>;
+
+/// Rounding of r and e: what is closer than this is the same.
+const SAME: f64 = 1e-14;
+/// Rounding leaves this much of |e|^2 beyond a slip limit; only what exceeds it is worth a projection.
+pub const ROUNDING: f64 = 1e-13;
+/// A floating knot whose removal changes the traction by less than this is not needed.
+const NEGLIGIBLE: f64 = 1e-14;
+/// A segment whose slope agrees with the yield boundary's to this lies along it.
+const ALONG_BOUNDARY: f64 = 1e-7;
+/// Below this length, relative to r, a secant of the backbone loses digits and the mean of the slopes is better.
+const SHORT: f64 = 1e-7;
+/// Squared length of an increment too small to have a direction.
+const NO_SLIP: f64 = 1e-280;
+/// The largest part of the sticking stiffness that may have slipped in a contact called sticking.
+const STICK: f64 = 0.99;
+
+/// Length of a vector.
+#[inline(always)]
+pub fn length<const N: usize>(e: &Vector<N>) -> f64 {
+    if N == 1 { e[0].abs() } else { e.norm() }
+}
+
+/// `e` brought radially onto the slip limit r.
+pub fn onto_limit<const N: usize>(r: f64, e: &Vector<N>) -> Vector<N> {
+    e * (r / e.norm())
+}
+
+/// A floating knot.
+#[derive(Clone, Copy, Debug)]
+pub struct Floating<const N: usize> {
+    /// Slip limit.
+    pub r: f64,
+    /// Elastic deflection.
+    pub e: Vector<N>,
+    /// The base knot next above.
+    above: usize,
+}
+
+/// A memory curve: the deflections of the base grid, and the floating knots between them.
+#[derive(Clone, Debug, Default)]
+pub struct Curve<const N: usize> {
+    base: ArrayVec<[f64; N], MAX_BASE>,
+    floating: ArrayVec<Floating<N>, MAX_FLOATING>,
+}
+
+/// What an increment gives, normalised.
+#[derive(Clone, Debug)]
+pub struct Increment<const N: usize> {
+    /// Traction over mu p.
+    pub traction: Vector<N>,
+    /// d traction / d slip increment.
+    pub tangent: Matrix<N>,
+    /// What the traction loses when the remembered deflections shrink: -d traction / d(log of their scale).
+    pub shrinkage: Vector<N>,
+    /// Stored energy over gcr mu p.
+    pub stored: f64,
+    /// Energy dissipated by slip over gcr mu p.
+    pub dissipated: f64,
+    /// Where the contact stands; None for a zero increment, which changes nothing.
+    pub contact: Option<Contact>,
+    /// A reversal that mattered had to be dropped.
+    pub full: bool,
+}
+
+impl<const N: usize> Curve<N> {
+    /// An empty curve.
+    #[inline]
+    pub fn new() -> Self {
+        Curve {
+            base: ArrayVec::new(),
+            floating: ArrayVec::new(),
+        }
+    }
+
+    /// Deflections of the base knots, ascending in r.
+    pub fn base(&self) -> &[[f64; N]] {
+        &self.base
+    }
+
+    /// The floating knots, ascending in r.
+    pub fn floating(&self) -> &[Floating<N>] {
+        &self.floating
+    }
+
+    /// Takes the base knots; false when one is longer than its slip limit, or not a number.
+    #[inline(always)]
+    pub fn set_base(&mut self, grid: &Grid<N>, base: &[[f64; N]]) -> bool {
+        self.base.clear();
+        self.base.try_extend_from_slice(base).is_ok() && grid.holds(base)
+    }
+
+    /// Sets base knot k (from 0).
+    pub fn set_base_knot(&mut self, k: usize, e: Vector<N>) {
+        self.base[k] = e.into();
+    }
+
+    /// Adds the next floating knot, which lies below base knot `above` (from 0).
+    #[inline]
+    pub fn push_floating(&mut self, r: f64, e: Vector<N>, above: usize) {
+        self.floating.push(Floating { r, e, above });
+    }
+
+    /// Empties the memory.
+    pub fn forget(&mut self) {
+        self.floating.clear();
+        self.base.fill([0.0; N]);
+    }
+
+    /// All slip elements at their limit in one direction (a unit vector).
+    pub fn saturate(&mut self, direction: &Vector<N>, nodes: &[Node]) {
+        for (e, node) in self.base.iter_mut().zip(nodes) {
+            *e = (direction * node.r).into();
+        }
+    }
+
+    /// Moves the curve by the slip increment `d` after scaling it by `scale` (pressure rule); `next`, empty, gets
+    /// the curve at the end, with at most `room` floating knots.
+    #[inline]
+    pub fn advance<B: Backbone>(
+        &self,
+        backbone: &B,
+        grid: &Grid<N>,
+        d: &Vector<N>,
+        scale: f64,
+        room: usize,
+        next: &mut Curve<N>,
+    ) -> Increment<N> {
+        // A full array must give way when slip turns.
+        if self.floating.len() < room
+            && let Some(increment) = self.advance_one_front(backbone, grid, d, scale, next)
+        {
+            return increment;
+        }
+        self.advance_any(backbone, grid, d, scale, room, next)
+    }
+}
