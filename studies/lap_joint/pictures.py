@@ -40,7 +40,9 @@ METHOD_NAMES = {"memory": "memory law", "penalty": "standard penalty", "Lagrange
 OURS, PAPERS = "#D55E00", "#444444"
 FIVE = ("#440154", "#3B528B", "#21918C", "#5EC962", "#E8B400")  # along a sweep, dark to light
 QUANTITY_NAMES = {
-    "k_alpha_N_per_mm": r"residual stiffness $k_\alpha$", "F_s_N": "slip force $F_s$", "X_s_mm": "slip displacement $X_s$",
+    "k_alpha_N_per_mm": r"residual stiffness $k_\alpha$",
+    "F_s_N": "slip force $F_s$",
+    "X_s_mm": "slip displacement $X_s$",
     "kappa": r"exponent $\kappa$",
 }
 SWEEPS = {
@@ -88,7 +90,7 @@ def iwan(row, displacement, force):
         return row["k_alpha_N_per_mm"] * x / 1e3 + towards * F_s * (2 * f(way / 2 / X_s) - f(A / X_s))
 
     turn = int(np.argmin(displacement))
-    model = np.concatenate([branch(displacement[: turn + 1], -1), branch(displacement[turn + 1:], 1)])
+    model = np.concatenate([branch(displacement[: turn + 1], -1), branch(displacement[turn + 1 :], 1)])
     # Means over the displacement, since the increments are not even.
     weight = np.abs(np.gradient(displacement))
     mean = np.average(force - model, weights=weight)
@@ -120,7 +122,8 @@ def figure_8():
     axes.plot(displacement[turn:], force[turn:], "-", color=OURS, label="reloading", linewidth=2)
     down, up = displacement[: turn + 1][::-1], force[: turn + 1][::-1]
     marks = {
-        "$D_1$": (A, force[0], (-6, 10)), "$D_2$": (A - 2 * X_s, np.interp(A - 2 * X_s, down, up), (8, -16)),
+        "$D_1$": (A, force[0], (-6, 10)),
+        "$D_2$": (A - 2 * X_s, np.interp(A - 2 * X_s, down, up), (8, -16)),
         "$D_3$": (-A, force[turn], (-22, -4)),
         "$D_4$": (2 * X_s - A, np.interp(2 * X_s - A, displacement[turn:], force[turn:]), (-8, 10)),
     }
@@ -137,16 +140,26 @@ def figure_8():
     stick = (force[turn + 1] - force[turn]) / (displacement[turn + 1] - displacement[turn])
     x = np.array([-A, -A + 3.4])
     axes.plot(x, force[turn] + stick * (x + A), ":", color="black", linewidth=1.2)
-    axes.annotate("slope $k_t$,\nstick stiffness", (x[1], force[turn] + stick * 3.4), (-14, 26), ha="right",
-                  textcoords="offset points")
+    axes.annotate(
+        "slope $k_t$,\nstick stiffness",
+        (x[1], force[turn] + stick * 3.4),
+        (-14, 26),
+        ha="right",
+        textcoords="offset points",
+    )
     axes.annotate("", (-A, -415), (2 * X_s - A, -415), arrowprops={"arrowstyle": "<->"})
     axes.text(X_s - A, -432, "$2 X_s$", ha="center", va="top", fontsize="large")
     axes.plot([-A, -A], [force[turn], -425], color="#888888", linewidth=0.6)
     axes.plot([2 * X_s - A] * 2, [marks["$D_4$"][1], -425], color="#888888", linewidth=0.6)
     axes.annotate("stick, micro-slip", (-A + 0.42 * X_s, -140), (14, -52), textcoords="offset points", color=OURS)
     axes.annotate("gross slip", (8, mean + F_s + 8 * k), (0, -22), textcoords="offset points", color=OURS)
-    axes.set(xlabel="displacement of the moved end (µm)", ylabel="force on the moved end (N)", xlim=(-25, 25), ylim=(-480, 480),
-             title="Typical loop: P = 900 N, $\\mu$ = 0.3, A = 20 µm")
+    axes.set(
+        xlabel="displacement of the moved end (µm)",
+        ylabel="force on the moved end (N)",
+        xlim=(-25, 25),
+        ylim=(-480, 480),
+        title="Typical loop: P = 900 N, $\\mu$ = 0.3, A = 20 µm",
+    )
     axes.legend(loc="lower right")
     save(figure, "figure-8")
 
@@ -158,13 +171,15 @@ def figure_9():
     figure, all_axes = pyplot.subplots(1, 3, figsize=(13, 4.6), sharex=True, layout="constrained")
     for letter, axes, (P, mu) in zip("abc", all_axes, states):
         cross(axes)
-        for method in ("Lagrange", "penalty", "memory"):
+        for layer, method in ((2, "penalty"), (3, "memory"), (1, "Lagrange")):
             colour, line = METHODS[method]
-            axes.plot(*cycle(f"P{P:g}-{method}"), line, color=colour, label=METHOD_NAMES[method], linewidth=1.6)
+            loop = cycle(f"P{P:g}-{method}")
+            axes.plot(*loop, line, color=colour, label=METHOD_NAMES[method], linewidth=1.6, zorder=layer + 2)
         # What friction alone can carry, read on the axis of zero displacement.
         for sign in (-1, 1):
-            axes.plot([-3, 3], [sign * mu * P] * 2, color="#009E73", linewidth=1.6,
-                      label="$\\mu P$" if sign > 0 else None)
+            axes.plot(
+                [-3, 3], [sign * mu * P] * 2, color="#009E73", linewidth=1.6, label="$\\mu P$" if sign > 0 else None
+            )
         axes.set(title=f"({letter}) P = {P:g} N, $\\mu$ = {mu:g}", xlabel="displacement of the moved end (µm)")
     all_axes[0].set_ylabel("force on the moved end (N)")
     handles, labels = all_axes[0].get_legend_handles_labels()
@@ -179,8 +194,13 @@ def figure_10():
     figure, axes = pyplot.subplots(figsize=(7.6, 4.6), layout="constrained")
     for place, method in enumerate(("penalty", "memory", "Lagrange")):
         values = [row["dissipation_Nmm"] for row in table if row["method"] == method]
-        bars = axes.bar(np.arange(len(preloads)) + 0.27 * (place - 1), values, 0.25, color=METHODS[method][0],
-                        label=METHOD_NAMES[method])
+        bars = axes.bar(
+            np.arange(len(preloads)) + 0.27 * (place - 1),
+            values,
+            0.25,
+            color=METHODS[method][0],
+            label=METHOD_NAMES[method],
+        )
         axes.bar_label(bars, [f"{value:.1f}" for value in values], padding=2, fontsize="small")
     mu = {row["preload_N"]: row["mu"] for row in table}
     axes.set_xticks(range(len(preloads)), [f"P = {P:g} N\n$\\mu$ = {mu[P]:g}" for P in preloads])
@@ -195,10 +215,13 @@ def swept():
     """Sweep, label of its axis, and for each of its states: value shown, label, colour, our row, the paper's row."""
     for name, (theirs, ours) in verdict.sweeps(verdict.by_case("identified")).items():
         scale = 1e3 if name == "A" else 1
-        yield name, [
-            (scale * state, SWEEPS[name][1].format(scale * state), colour, ours[state], theirs[state])
-            for state, colour in zip(theirs, FIVE)
-        ]
+        yield (
+            name,
+            [
+                (scale * state, SWEEPS[name][1].format(scale * state), colour, ours[state], theirs[state])
+                for state, colour in zip(theirs, FIVE)
+            ],
+        )
 
 
 def figure_11():
@@ -209,8 +232,11 @@ def figure_11():
         cross(left)
         for _, text, colour, ours, _ in states:
             left.plot(*cycle(ours["case"]), color=colour, label=text, linewidth=1.4)
-        left.set(xlabel="displacement of the moved end (µm)", ylabel="force on the moved end (N)",
-                 title=f"({'ace'[number]}) {rest}")
+        left.set(
+            xlabel="displacement of the moved end (µm)",
+            ylabel="force on the moved end (N)",
+            title=f"({'ace'[number]}) {rest}",
+        )
         legend_below(left)
         values = [value for value, *_ in states]
         theirs = [verdict.papers_loss(name, value / 1e3 if name == "A" else value) for value in values]
@@ -220,15 +246,23 @@ def figure_11():
             right.plot(ours[0], ours[3]["dissipation_Nmm"], "o", color=colour, markersize=8, zorder=3)
         right.plot(values, [ours["dissipation_Nmm"] for *_, ours, _ in states], "-", color="#777777", zorder=2)
         right.plot(values, theirs, "s", color=PAPERS, markersize=9, markerfacecolor="none", zorder=4)
+        right.plot(np.array(values)[doubtful], np.array(theirs)[doubtful], "x", color=PAPERS, markersize=6, zorder=4)
+        handles = [
+            Line2D([], [], marker="o", color="#777777", label="mepc, area of the loop"),
+            Line2D(
+                [],
+                [],
+                marker="s",
+                color=PAPERS,
+                markerfacecolor="none",
+                linestyle="none",
+                label=f"paper, Iwan loop of Table {number + 2}",
+            ),
+        ]
         if any(doubtful):
-            right.plot(*np.array([pair for pair, bad in zip(zip(values, theirs), doubtful) if bad]).T, "x", color=PAPERS,
-                       markersize=6, zorder=4)
-        handles = [Line2D([], [], marker="o", color="#777777", label="mepc, area of the loop"),
-                   Line2D([], [], marker="s", color=PAPERS, markerfacecolor="none", linestyle="none",
-                          label=f"paper, Iwan loop of Table {number + 2}")]
-        if any(doubtful):
-            handles.append(Line2D([], [], marker="x", color=PAPERS, linestyle="none",
-                                  label="there $F_s$ contradicts Table 2"))
+            handles.append(
+                Line2D([], [], marker="x", color=PAPERS, linestyle="none", label="there $F_s$ contradicts Table 2")
+            )
         right.legend(handles=handles, loc="upper left", fontsize="small")
         right.set(xlabel=label, ylabel="dissipated in a cycle (N mm)", title=f"({'bdf'[number]})", ylim=(0, None))
     save(figure, "figure-11")
@@ -249,20 +283,28 @@ def sweep_figure(name, states, number):
     reference = {"P": 900, "mu": 0.3, "A": 20}[name]
     at = next(index for index, (value, *_) in enumerate(states) if np.isclose(value, reference))
     values = np.array([value for value, *_ in states])
-    order = np.argsort(values)
-    for column, (quantity, colour, mark) in enumerate(zip(QUANTITY_NAMES, ("#0072B2", "#D55E00", "#009E73", "#CC79A7"), "os^D")):
+    colours = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+    for column, (quantity, colour, mark) in enumerate(zip(QUANTITY_NAMES, colours, "os^D")):
         ours = np.array([row[quantity] for *_, row, _ in states])
         theirs = np.array([row[column] for *_, row in states])
-        right.plot(values[order], (ours / ours[at])[order], "-", marker=mark, color=colour, label=QUANTITY_NAMES[quantity])
-        right.plot(values[order], (theirs / theirs[at])[order], "--", marker=mark, color=colour, markerfacecolor="none")
+        right.plot(values, ours / ours[at], "-", marker=mark, color=colour, label=QUANTITY_NAMES[quantity])
+        right.plot(values, theirs / theirs[at], "--", marker=mark, color=colour, markerfacecolor="none")
     if name == "A":  # without gross slip the slope at the end is not a residual stiffness
         right.set_ylim(0.85, 1.25)
         for value, *_, row, _ in states:
             ratio = row["k_alpha_N_per_mm"] / states[at][3]["k_alpha_N_per_mm"]
             if ratio > 1.25:
-                right.annotate(f"{ratio:.2f} at {value:g} µm: no gross slip", (value + 4.5, 1.19), color="#0072B2", fontsize="small")
-    right.set(xlabel=label, ylabel=f"parameter / its value at {SWEEPS[name][1].format(reference)}",
-              title="(b) full: mepc, least squares; dashed: paper")
+                right.annotate(
+                    f"{ratio:.2f} at {value:g} µm: no gross slip",
+                    (value + 4.5, 1.19),
+                    color="#0072B2",
+                    fontsize="small",
+                )
+    right.set(
+        xlabel=label,
+        ylabel=f"parameter / its value at {SWEEPS[name][1].format(reference)}",
+        title="(b) full: mepc, least squares; dashed: paper",
+    )
     right.legend(fontsize="small")
     save(figure, f"figure-{number}")
 
@@ -281,16 +323,34 @@ def slip_and_force():
         force = np.array([row["mu"] * row["preload_N"] for row in ours.values()])
         slip = 1e3 * np.array([row["X_s_mm"] for row in ours.values()])
         used = np.array([state != 300 for state in ours])
-        axes.plot(force, [1e3 * row[2] for row in theirs.values()], mark, color=PAPERS, markerfacecolor="none", markersize=9,
-                  label=f"paper, {text} (Table {2 if name == 'P' else 3})")
+        axes.plot(
+            force,
+            [1e3 * row[2] for row in theirs.values()],
+            mark,
+            color=PAPERS,
+            markerfacecolor="none",
+            markersize=9,
+            label=f"paper, {text} (Table {2 if name == 'P' else 3})",
+        )
         axes.plot(force[used], slip[used], mark, color=OURS, label=f"mepc, {text}")
         if not used.all():
-            axes.plot(force[~used], slip[~used], "x", color=OURS, label="mepc, P = 300 N, left out: residual line curved")
+            axes.plot(
+                force[~used], slip[~used], "x", color=OURS, label="mepc, P = 300 N, left out: residual line curved"
+            )
     x = np.array([0, 470.0])
+    ours = verdict.regression(verdict.by_case("identified"))
     for (gcr, K_e), colour, line, text in (
-            (verdict.papers_regression(), PAPERS, "--", "paper"), (verdict.regression(verdict.by_case("identified")), OURS, "-", "mepc")):
-        axes.plot(x, 1e3 * (gcr + x / K_e), line, color=colour, linewidth=1.3,
-                  label=f"{text}: {1e3 * gcr:.2f} µm + $\\mu P$ / ({K_e / 1e3:.0f} kN/mm)")
+        (verdict.papers_regression(), PAPERS, "--", "paper"),
+        (ours, OURS, "-", "mepc"),
+    ):
+        axes.plot(
+            x,
+            1e3 * (gcr + x / K_e),
+            line,
+            color=colour,
+            linewidth=1.3,
+            label=f"{text}: {1e3 * gcr:.2f} µm + $\\mu P$ / ({K_e / 1e3:.0f} kN/mm)",
+        )
     axes.set(xlabel="$\\mu P$ (N)", ylabel="$X_s$ (µm)", xlim=(0, 470), ylim=(2, None))
     axes.legend(loc="upper left", fontsize="small")
     save(figure, "slip-displacement")
@@ -301,8 +361,14 @@ def slip_and_force():
 
 def changes():
     """Tables of differences in per cent, coloured: meshes and steps from the finest, variants from the reference."""
-    columns = {"k_alpha_N_per_mm": r"$k_\alpha$", "F_s_N": "$F_s$", "X_s_mm": "$X_s$", "dissipation_Nmm": "$D$",
-               "first_slope_N_per_mm": "$k_t$, first\nincrement", "F_max_N": r"$F_{max}$"}
+    columns = {
+        "k_alpha_N_per_mm": r"$k_\alpha$",
+        "F_s_N": "$F_s$",
+        "X_s_mm": "$X_s$",
+        "dissipation_Nmm": "$D$",
+        "first_slope_N_per_mm": "$k_t$, first\nincrement",
+        "F_max_N": r"$F_{max}$",
+    }
 
     def per_cent(rows, base):
         return np.array([[100 * (row[key] / base[key] - 1) for key in columns] for row in rows])
@@ -312,28 +378,41 @@ def changes():
     steps = sorted((row for row in table if row["mesh"] == "study"), key=lambda row: row["increments"])
     kinds = verdict.rows("sensitivity")
     base = next(row for row in kinds if row["case"] == "reference")
-    low = next((row for row in verdict.rows("identified") if row["case"] == "P300"), None)
-    cases = verdict.by_case("cases_more")
+    bonded = verdict.by_case("cases_more")["P300"]  # what the run with the thread in contact at 300 N is compared with
     names = [row["case"] for row in kinds if row is not base]
-    variants = np.vstack([
-        per_cent([row], cases["P300"] if row["preload_N"] == 300 and low else base) for row in kinds if row is not base])
+    variants = np.vstack(
+        [per_cent([row], bonded if row["preload_N"] == 300 else base) for row in kinds if row is not base]
+    )
     panels = [
-        ("meshes, from the finest", [f"{row['mesh']}, {row['nodes']:.0f} nodes" for row in meshes], per_cent(meshes, meshes[-1])),
-        ("increments, from the finest", [f"{row['increments']:.0f} increments" for row in steps], per_cent(steps, steps[-1])),
+        (
+            "meshes, from the finest",
+            [f"{row['mesh']}, {row['nodes']:.0f} nodes" for row in meshes],
+            per_cent(meshes, meshes[-1]),
+        ),
+        (
+            "increments, from the finest",
+            [f"{row['increments']:.0f} increments" for row in steps],
+            per_cent(steps, steps[-1]),
+        ),
         ("variants, from the reference run", names, variants),
     ]
     heights = [len(names) for _, names, _ in panels]
-    figure, all_axes = pyplot.subplots(3, 1, figsize=(8.6, 0.42 * sum(heights) + 3), height_ratios=heights, layout="constrained")
+    figure, all_axes = pyplot.subplots(
+        3, 1, figsize=(8.6, 0.42 * sum(heights) + 3), height_ratios=heights, layout="constrained"
+    )
     for axes, (title, names, values) in zip(all_axes, panels):
         axes.imshow(values, cmap="PuOr", vmin=-15, vmax=15, aspect="auto")
         axes.grid(visible=False)
         for at, value in np.ndenumerate(values):
-            axes.text(*at[::-1], f"{value:+.2f}" if abs(value) < 9.995 else f"{value:+.0f}", ha="center", va="center",
-                      fontsize="small", color="white" if abs(value) > 10 else "black")
+            text = "0" if abs(value) < 0.005 else f"{value:+.2f}" if abs(value) < 9.995 else f"{value:+.0f}"
+            colour = "white" if abs(value) > 10 else "black"
+            axes.text(*at[::-1], text, ha="center", va="center", fontsize="small", color=colour)
         axes.set_title(title, loc="left", fontsize="medium")
         axes.set_yticks(range(len(names)), names, fontsize="small")
         axes.set_xticks(range(len(columns)), columns.values() if axes is all_axes[0] else [])
-        axes.tick_params(top=axes is all_axes[0], labeltop=axes is all_axes[0], bottom=False, labelbottom=False, length=0)
+        axes.tick_params(
+            top=axes is all_axes[0], labeltop=axes is all_axes[0], bottom=False, labelbottom=False, length=0
+        )
         for side in axes.spines.values():
             side.set_visible(False)
     figure.suptitle("Differences (%)", fontsize="medium")
@@ -344,6 +423,7 @@ def changes():
 
 
 BODY_COLOURS = {"fixed": "#A9C4D9", "moving": "#E6B87D", "washer": "#9FCFB0", "bolt": "#C9C9C9"}
+BODY_NAMES = {"fixed": "fixed plate", "moving": "moving plate", "washer": "force washer", "bolt": "bolt with nut"}
 
 
 def mesh():
@@ -373,8 +453,14 @@ def mesh():
         depth.append(outer.mean(axis=1) @ towards)
     order = np.argsort(np.concatenate(depth))
     figure, axes = pyplot.subplots(figsize=(9.5, 4.1), layout="constrained")
-    axes.add_collection(PolyCollection(
-        np.concatenate(polygons)[order], facecolor=np.concatenate(colours)[order], edgecolor="#333333", linewidth=0.3))
+    axes.add_collection(
+        PolyCollection(
+            np.concatenate(polygons)[order],
+            facecolor=np.concatenate(colours)[order],
+            edgecolor="#333333",
+            linewidth=0.3,
+        )
+    )
     for pair in grid.pairs:
         ends = grid.points[pair.lower][pair.faces[:, [0, 1, 2, 3, 0]]]
         for start, end in zip(ends[:, :-1].reshape(-1, 3), ends[:, 1:].reshape(-1, 3)):
@@ -382,26 +468,44 @@ def mesh():
                 axes.plot(*(view @ np.transpose([start, end])), color="#D55E00", linewidth=2.2, solid_capstyle="round")
 
     def label(text, at, to, **more):
-        axes.annotate(text, view @ at, view @ to, ha="center", va="center", arrowprops={"arrowstyle": "-", "linewidth": 0.6}, **more)
+        axes.annotate(
+            text,
+            view @ at,
+            view @ to,
+            ha="center",
+            va="center",
+            arrowprops={"arrowstyle": "-", "linewidth": 0.6},
+            **more,
+        )
 
     label("head", [0, 0, 21], [-13, 0, 24])
     label("force washer", [-5, 0, 13], [-17, 0, 15])
     label("fixed plate", [-28, 0, 2.5], [-28, 0, -6])
     label("moving plate", [28, 0, -2.5], [28, 0, -10.5])
     label("nut", [-4, 0, -8], [-13, 0, -11])
-    axes.annotate("A sin 2π$t$", view @ [45, 5, -2.5], view @ [56, 5, -2.5], ha="center", va="center",
-                  arrowprops={"arrowstyle": "<-"})
-    axes.annotate("held", view @ [-45, 5, 2.5], view @ [-53, 5, 2.5], ha="center", va="center", arrowprops={"arrowstyle": "-"})
+    axes.annotate(
+        "A sin 2π$t$",
+        view @ [45, 5, -2.5],
+        view @ [56, 5, -2.5],
+        ha="center",
+        va="center",
+        arrowprops={"arrowstyle": "<-"},
+    )
+    axes.annotate(
+        "held", view @ [-45, 5, 2.5], view @ [-53, 5, 2.5], ha="center", va="center", arrowprops={"arrowstyle": "-"}
+    )
     axes.set_aspect("equal")
     axes.autoscale()
     axes.margins(0.04)
     axes.axis("off")
     points = sum(len(pair.area) for pair in grid.pairs)
-    axes.set_title(f"The study's mesh, cut in the middle: {len(grid.points)} nodes, {len(grid.hexahedra)} hexahedra, "
-                   f"{points} contact points in {len(grid.pairs)} pairs (orange)", fontsize="medium")
-    axes.legend(handles=[Patch(color=colour, label={"bolt": "bolt with nut", "fixed": "fixed plate", "moving": "moving plate",
-                                                    "washer": "force washer"}[body]) for body, colour in BODY_COLOURS.items()],
-                loc="upper left", fontsize="small")
+    axes.set_title(
+        f"The study's mesh, cut in the middle: {len(grid.points)} nodes, {len(grid.hexahedra)} hexahedra, "
+        f"{points} contact points in {len(grid.pairs)} pairs (orange)",
+        fontsize="medium",
+    )
+    handles = [Patch(color=colour, label=BODY_NAMES[body]) for body, colour in BODY_COLOURS.items()]
+    axes.legend(handles=handles, loc="upper left", fontsize="small")
     save(figure, "figure-7", 110)
 
 
@@ -422,12 +526,15 @@ class Maps:
         corner = points[faces]
         middle = corner.mean(axis=1)
         edge = (corner + np.roll(corner, -1, axis=1)) / 2
-        self.tiles = np.concatenate([
-            np.stack([corner[:, k], edge[:, k], middle, edge[:, k - 1]], axis=1) for k in range(4)])
+        self.tiles = np.concatenate(
+            [np.stack([corner[:, k], edge[:, k], middle, edge[:, k - 1]], axis=1) for k in range(4)]
+        )
         self.owner = np.concatenate([faces[:, k] for k in range(4)])
         self.top = np.quantile(self.table["pressure"], 0.995)
 
-        self.used = -self.table["traction_x"] / np.where(self.table["pressure"] > 0, MU * self.table["pressure"], np.nan)
+        self.used = -self.table["traction_x"] / np.where(
+            self.table["pressure"] > 0, MU * self.table["pressure"], np.nan
+        )
 
     def draw(self, axes, values, **look):
         values = np.ma.masked_invalid(values[self.owner])
@@ -469,7 +576,9 @@ def strip():
         loop, *three = cells[:, column]
         maps.place(loop, number)
         loop.set_box_aspect(1)
-        loop.set_title(f"({'abcdef'[column]}) {maps.displacement[number]:.2f} µm, {maps.force[number]:.0f} N", fontsize="medium")
+        loop.set_title(
+            f"({'abcdef'[column]}) {maps.displacement[number]:.2f} µm, {maps.force[number]:.0f} N", fontsize="medium"
+        )
         loop.set_xlabel("displacement (µm)", fontsize="small")
         images = [draw(axes, number) for draw, axes in zip((maps.pressure, maps.traction, maps.status), three)]
         three[-1].set_xlabel("x (mm)")
@@ -494,16 +603,28 @@ def animation():
         figure = pyplot.figure(figsize=(11, 3.4))
         loop, *three = (figure.add_axes([left, 0.26, 2.1 / 11, 2.1 / 3.4]) for left in (0.07, 0.32, 0.55, 0.78))
         maps.place(loop, number)
-        loop.set(xlabel="displacement of the moved end (µm)", ylabel="force (N)",
-                 title=f"{maps.displacement[number]:.1f} µm, {maps.force[number]:.0f} N")
+        loop.set(
+            xlabel="displacement of the moved end (µm)",
+            ylabel="force (N)",
+            title=f"{maps.displacement[number]:.1f} µm, {maps.force[number]:.0f} N",
+        )
         images = [draw(axes, number) for draw, axes in zip((maps.pressure, maps.traction, maps.status), three)]
         for axes, title in zip(three, ("pressure (MPa)", "friction along x / ($\\mu p$)", "status")):
             axes.set_title(title)
             axes.set_xticks([])
             axes.set_yticks([])
         for image, left, extend in zip(images, (0.32, 0.55), ("max", "neither")):
-            figure.colorbar(image, cax=figure.add_axes([left, 0.16, 2.1 / 11, 0.045]), orientation="horizontal", extend=extend)
-        figure.legend(handles=patches(), loc="center", bbox_to_anchor=(0.78 + 1.05 / 11, 0.12), ncols=2, fontsize="small", frameon=False)
+            figure.colorbar(
+                image, cax=figure.add_axes([left, 0.16, 2.1 / 11, 0.045]), orientation="horizontal", extend=extend
+            )
+        figure.legend(
+            handles=patches(),
+            loc="center",
+            bbox_to_anchor=(0.78 + 1.05 / 11, 0.12),
+            ncols=2,
+            fontsize="small",
+            frameon=False,
+        )
         figure.set_dpi(72)
         figure.canvas.draw()
         frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3]))
@@ -516,8 +637,15 @@ def animation():
 
 
 PICTURES = {
-    "mesh": mesh, "figure-8": figure_8, "figure-9": figure_9, "figure-10": figure_10, "figure-11": figure_11,
-    "figures-12-14": figures_12_to_14, "slip-displacement": slip_and_force, "convergence": changes, "maps": strip,
+    "mesh": mesh,
+    "figure-8": figure_8,
+    "figure-9": figure_9,
+    "figure-10": figure_10,
+    "figure-11": figure_11,
+    "figures-12-14": figures_12_to_14,
+    "slip-displacement": slip_and_force,
+    "convergence": changes,
+    "maps": strip,
     "animation": animation,
 }
 

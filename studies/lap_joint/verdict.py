@@ -24,8 +24,17 @@ RESULTS = HERE / "results"
 QUANTITIES = ("k_alpha_N_per_mm", "F_s_N", "X_s_mm", "kappa")  # as in the paper's tables
 REFERENCE = "P900"
 # The mesh is judged by these; F_max and the bolt's forces are not identified, but read from the run.
-MESH_QUANTITIES = ("k_alpha_N_per_mm", "F_s_N", "X_s_mm", "dissipation_Nmm", "k_t_N_per_mm", "first_slope_N_per_mm",
-                   "F_max_N", "bolt_min_N", "bolt_max_N")
+MESH_QUANTITIES = (
+    "k_alpha_N_per_mm",
+    "F_s_N",
+    "X_s_mm",
+    "dissipation_Nmm",
+    "k_t_N_per_mm",
+    "first_slope_N_per_mm",
+    "F_max_N",
+    "bolt_min_N",
+    "bolt_max_N",
+)
 
 
 # --- the results --------------------------------------------------------------------------------------------------------
@@ -50,6 +59,7 @@ def by_case(name, results=RESULTS):
 
 def sweeps(cases):
     """The paper's tables beside ours: name -> (the paper's tables by state, our rows by state)."""
+
     def ours(states, name):
         return {state: cases[REFERENCE if state in (0.3, 0.02) else name(state)] for state in states}
 
@@ -115,8 +125,15 @@ def near(bound, state, reference, ours, limit):
 def ordered(bound, state, values, rising):
     """Strictly monotone."""
     steps = np.diff(values) * (1 if rising else -1)
-    return Check(bound, state, "rising" if rising else "falling", " ".join(f"{value:.4g}" for value in values),
-                 0.0, 0.0, bool((steps > 0).all()))
+    return Check(
+        bound,
+        state,
+        "rising" if rising else "falling",
+        " ".join(f"{value:.4g}" for value in values),
+        0.0,
+        0.0,
+        bool((steps > 0).all()),
+    )
 
 
 def against_tables(cases):
@@ -127,13 +144,17 @@ def against_tables(cases):
     for name, title in (("P", "Table 2"), ("A", "Table 4")):
         for state, row in sweep[name][1].items():
             if state != 0.005:
-                yield near("dissipation, " + title, f"{name} = {state}", papers_loss(name, state), row["dissipation_Nmm"], 5)
+                yield near(
+                    "dissipation, " + title, f"{name} = {state}", papers_loss(name, state), row["dissipation_Nmm"], 5
+                )
     for name, title in (("P", "Table 2"), ("mu", "Table 3"), ("A", "Table 4")):
         theirs, ours = sweep[name]
         for state, row in ours.items():
             if state not in (300, 0.005):
                 yield near("X_s, " + title, f"{name} = {state}", theirs[state][2], row["X_s_mm"], 10)
-    yield near("k_alpha, reference", "P = 900, mu = 0.3", paper.PRELOAD[900][0], cases[REFERENCE]["k_alpha_N_per_mm"], 5)
+    yield near(
+        "k_alpha, reference", "P = 900, mu = 0.3", paper.PRELOAD[900][0], cases[REFERENCE]["k_alpha_N_per_mm"], 5
+    )
     for name, limit in (("mu", 6), ("P", 12)):
         theirs, ours = sweep[name]
         for state, row in ours.items():
@@ -142,7 +163,12 @@ def against_tables(cases):
     for name in ("P", "mu"):
         kappas = [row["kappa"] for state, row in sweep[name][1].items() if state != 300]
         yield ordered(f"kappa falls along {name}", "all but P = 300" if name == "P" else "all", kappas, False)
-    kappas = {row["case"]: row["kappa"] for _, ours in sweep.values() for state, row in ours.items() if state not in (300, 0.005)}
+    kappas = {
+        row["case"]: row["kappa"]
+        for _, ours in sweep.values()
+        for state, row in ours.items()
+        if state not in (300, 0.005)
+    }
     worst = max(kappas, key=kappas.get)
     yield Check("kappa is negative", worst, "< 0", kappas[worst], 0.0, 0.0, kappas[worst] < 0)
 
@@ -163,7 +189,9 @@ def drift(cases):
 
 
 def meshes(table):
-    study, fine = (next(row for row in table if row["mesh"] == mesh and row["increments"] == 80) for mesh in ("study", "fine"))
+    study, fine = (
+        next(row for row in table if row["mesh"] == mesh and row["increments"] == 80) for mesh in ("study", "fine")
+    )
     for quantity in MESH_QUANTITIES:
         yield near("study mesh against fine", quantity, fine[quantity], study[quantity], 2)
 
@@ -175,8 +203,15 @@ def between(table):
         for quantity, name in (("dissipation_Nmm", "dissipation"), ("first_slope_N_per_mm", "stick stiffness")):
             low, middle, high = (run[method][quantity] for method in ("penalty", "memory", "Lagrange"))
             nearest = min((low, high), key=lambda value: abs(middle - value))
-            yield Check(f"{name} between the methods", f"P = {preload:g}", f"{low:.5g} .. {high:.5g}", middle,
-                        100 * (middle / nearest - 1), 0.0, low < middle < high)
+            yield Check(
+                f"{name} between the methods",
+                f"P = {preload:g}",
+                f"{low:.5g} .. {high:.5g}",
+                middle,
+                100 * (middle / nearest - 1),
+                0.0,
+                low < middle < high,
+            )
 
 
 def all_checks(results=RESULTS):
@@ -186,7 +221,10 @@ def all_checks(results=RESULTS):
     checks = [*against_tables(cases), *limit_force(runs)]
     slip, stiffness = regression(cases)
     papers_slip, papers_stiffness = papers_regression()
-    checks += [near("gcr from X_s", "mm", papers_slip, slip, 10), near("K_e from X_s", "N/mm", papers_stiffness, stiffness, 10)]
+    checks += [
+        near("gcr from X_s", "mm", papers_slip, slip, 10),
+        near("K_e from X_s", "N/mm", papers_stiffness, stiffness, 10),
+    ]
     return [*checks, *drift(cases), *meshes(rows("convergence", results)), *between(methods)]
 
 
@@ -196,9 +234,13 @@ def shown(value):
 
 def record(check):
     return {
-        "bound": check.bound, "state": check.state, "paper": shown(check.reference), "mepc": shown(check.ours),
+        "bound": check.bound,
+        "state": check.state,
+        "paper": shown(check.reference),
+        "mepc": shown(check.ours),
         "difference_percent": f"{check.difference:.3f}" if check.limit or check.difference else "",
-        "bound_percent": f"{check.limit:g}" if check.limit else "", "verdict": check.verdict,
+        "bound_percent": f"{check.limit:g}" if check.limit else "",
+        "verdict": check.verdict,
     }
 
 
