@@ -159,14 +159,15 @@ impl Layout {
         // In one direction r = 1 is all there is.
         let base_knots = if N == 1 { 1 } else { self.base };
         let used = HEADER + base_knots * N + self.floating * (1 + N);
-        let Some(state) = state.get(..used) else {
+        let Some((header, memory)) = state
+            .get(..used)
+            .and_then(|state| state.split_first_chunk::<HEADER>())
+        else {
             return Err(Error::new(
                 Kind::BadState,
                 format!("state0 has {} numbers, not {}", state.len(), self.nstate),
             ));
         };
-        let (header, memory) = state.split_at(HEADER);
-        let header: &[f64; HEADER] = header.try_into().expect("HEADER numbers");
         let [
             status,
             pressure,

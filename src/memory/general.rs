@@ -40,6 +40,7 @@ struct BaseFront<const N: usize> {
     direction: Vector<N>,
     motion: Motion,
     gain: f64,
+    inner: Vector<N>,
 }
 
 /// A segment that lies along the yield boundary, by the end that was taken to stick.
@@ -416,6 +417,7 @@ impl<const N: usize> Chain<N> {
             direction: front.e / front.r,
             motion: front.motion,
             gain: front.gain,
+            inner: front.inner,
         });
         false
     }
@@ -550,6 +552,7 @@ impl<const N: usize> Chain<N> {
         let knot = Knot {
             motion: front.motion,
             gain: front.gain,
+            inner: front.inner,
             ..here
         };
         sums.add_shift(&knot, &lower, &upper);

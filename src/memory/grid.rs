@@ -27,28 +27,40 @@ pub struct Node {
 
 /// As many knots of the base grid side by side as there are directions, for loops that treat them at once.
 ///
-/// With base knots only, the sums of the curve are sums over the knots with fixed weights. Past the last knot there
-/// are some without weight that never slip.
+/// Past the last knot there are some without weight that never slip.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes<const N: usize> {
     pub(super) r: Lane<N>,
     pub(super) outside: Lane<N>,
     /// Squared length that a deflection may have.
     limit2: Lane<N>,
-    pub(super) weight: Lane<N>,
-    pub(super) energy: Lane<N>,
-    pub(super) energy_below: Lane<N>,
     /// Weight of a slipping knot's excess over its limit in the dissipated energy: secant of G above - secant below.
     pub(super) loss: Lane<N>,
     /// Weight over r^2: weight times n n^T for a knot that slips in the direction n is this times e e^T.
     pub(super) turn: Lane<N>,
 }
 
+/// The weights of a knot of the base grid, side by side for the directions.
+///
+/// With base knots only, the sums of the curve are sums over the knots with fixed weights.
+#[derive(Clone, Debug)]
+pub(super) struct Weights<const N: usize> {
+    pub(super) traction: Lane<N>,
+    pub(super) energy: Lane<N>,
+    pub(super) energy_below: Lane<N>,
+}
+
+/// Equal parts of 0 <= r < 1 in which the search for a base knot starts.
+const BUCKETS: usize = 64;
+
 /// The base grid of a backbone.
 #[derive(Clone, Debug)]
 pub struct Grid<const N: usize> {
     pub(super) nodes: Vec<Node>,
     pub(super) lanes: Vec<Lanes<N>>,
+    pub(super) weights: Vec<Weights<N>>,
+    /// How many knots lie at or below the start of each bucket of r.
+    start: [u8; BUCKETS],
     pub(super) initial_slope: f64,
 }
 
@@ -97,17 +109,26 @@ impl<const N: usize> Grid<N> {
                     r: column(&|_, node| node.r, 2.0),
                     outside: column(&|_, node| node.outside, f64::INFINITY),
                     limit2: column(&|_, node| node.r * node.r * (1.0 + ROUNDING), 1.0),
-                    weight: column(&|_, node| node.weight, 0.0),
-                    energy: column(&|_, node| node.energy, 0.0),
-                    energy_below: column(&|_, node| node.energy_below, 0.0),
                     loss: column(&|k, node| secant_above(k) - node.loss_secant, 0.0),
                     turn: column(&|_, node| node.weight / (node.r * node.r), 0.0),
                 }
             })
             .collect();
+        let weights = nodes.iter().map(|node| Weights {
+            traction: Lane::all(node.weight),
+            energy: Lane::all(node.energy),
+            energy_below: Lane::all(node.energy_below),
+        });
+        let weights = weights.collect();
+        let start = from_fn(|bucket| {
+            let r = bucket as f64 / BUCKETS as f64;
+            nodes.partition_point(|node| node.r <= r) as u8
+        });
         Grid {
             nodes,
             lanes,
+            weights,
+            start,
             initial_slope: backbone.initial_slope(),
         }
     }
@@ -137,18 +158,23 @@ impl<const N: usize> Grid<N> {
         count == base.len() as f64
     }
 
-    /// The base knot next above r < 1. In one direction there is only one.
+    /// The base knot next above r; in one direction there is only one.
     #[inline(always)]
     pub fn interval(&self, r: f64) -> usize {
         if N == 1 {
             return 0;
         }
-        let r = Lane::all(r);
-        let below = self
-            .lanes
-            .iter()
-            .fold(Lane::ZERO, |sum, lanes| sum + lanes.r.at_most(r).number());
-        usize::from(below.sum() as u8)
+        let bucket = usize::from((r * BUCKETS as f64) as u8);
+        let mut above = self
+            .start
+            .get(bucket)
+            .map_or(self.nodes.len(), |k| usize::from(*k));
+        while let Some(node) = self.nodes.get(above)
+            && node.r <= r
+        {
+            above += 1;
+        }
+        above
     }
 
     /// f'(0), the sticking stiffness.

@@ -1,11 +1,11 @@
-//! N numbers side by side, one for each of N knots.
+//! N numbers side by side: one for each of N knots, or for each direction.
 //!
 //! Plain arithmetic, number by number and without branches: the form that compilers turn into vector instructions.
 
 use std::array::from_fn;
 use std::ops::{Add, Mul, Sub};
 
-/// N numbers, one per knot.
+/// N numbers, one per knot or direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lane<const N: usize>(pub(super) [f64; N]);
 

@@ -33,8 +33,11 @@ struct Reach {
 struct Front<const N: usize> {
     r: f64,
     direction: Vector<N>,
-    /// How fast it moves with the increment: 1 / (1 - n.m) with the slope m of the trial curve above.
-    gain: f64,
+    /// The segment of the trial curve that it stands on: slope m = rise / width.
+    width: f64,
+    rise: Vector<N>,
+    /// width (1 - n.m): the front moves by width / closing with the increment.
+    closing: f64,
 }
 
 /// A knot of the curve at the end.
@@ -135,7 +138,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         let moved = self.move_base(next);
         let reach = self.reach(&moved)?;
         if reach.base == self.count() {
-            return Some(self.gross_slip(&moved, &reach));
+            return Some(self.gross_slip(&moved, &reach, next));
         }
         // In one direction there is no other segment of the base grid.
         let b = if N == 1 { 0 } else { reach.base };
@@ -147,71 +150,24 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         let values = self.backbone.at(front.r);
         let dissipated = self.dissipated(&moved, &reach, Some((front.r, &values)));
 
-        // Around the front and where floating knots lie, the segments of the base grid give way to those between
-        // all knots.
-        let mut sums = self.base_sums(&moved);
+        let mut sums = if N == 1 {
+            // The front divides the only segment of the base grid.
+            Sums {
+                traction: Vector::zeros(),
+                stored: 0.0,
+            }
+        } else {
+            self.base_sums(next)
+        };
         let bottom = self.settled(next, b);
-        let mut below = Point {
+        let at_front = Point {
             r: front.r,
             e: front.direction * front.r,
             f: values.f,
             integral: values.integral,
         };
-        let (lower_secant, lower_slope) = sums.add(&bottom, &below)?;
-        let mut upper_slope = Vector::zeros();
-        next.push_floating(below.r, below.e, b);
-        let floating = &self.curve.floating[..];
-        let mut index = reach.floating;
-        let mut interval = b;
-        loop {
-            let top = self.settled(next, interval + 1);
-            if N > 1 {
-                let bottom = self.settled(next, interval);
-                let node = &grid.nodes[interval];
-                let slope = (top.e - bottom.e) * node.inverse_width;
-                sums.add_chord(&bottom, &top, node.secant, &slope, -1.0);
-            }
-            let beside = |index: usize| {
-                floating
-                    .get(index)
-                    .is_some_and(|knot| N == 1 || knot.above == interval)
-            };
-            let knot = |index: usize| {
-                if beside(index) {
-                    self.point(index)
-                } else {
-                    top
-                }
-            };
-            let mut here = knot(index);
-            // A front that closes a loop leaves the knot of that loop behind.
-            while next.floating.len() == 1 && beside(index) {
-                let above = knot(index + 1);
-                if here.r - front.r >= SAME && matters(&below, &here, &above) {
-                    break;
-                }
-                here = above;
-                index += 1;
-            }
-            loop {
-                let (_, slope) = sums.add(&below, &here)?;
-                if next.floating.len() == 1 && interval == b {
-                    upper_slope = slope;
-                }
-                if !beside(index) {
-                    break;
-                }
-                next.push_floating(here.r, here.e, interval);
-                below = here;
-                index += 1;
-                here = knot(index);
-            }
-            let Some(knot) = floating.get(index) else {
-                break;
-            };
-            interval = knot.above;
-            below = self.settled(next, interval);
-        }
+        let (lower_secant, lower_slope) = sums.add(&bottom, &at_front)?;
+        self.add_sticking(&at_front, &reach, next, &mut sums)?;
 
         // By parts, the weights of the front and of all that sticks above it add up to the secant below it.
         let slowing = values.slope - lower_secant;
@@ -219,7 +175,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
             // How fast the front moves and how far the slopes differ cancel.
             front.direction * slowing
         } else {
-            (lower_slope - upper_slope) * (slowing * front.gain)
+            (lower_slope * front.width - front.rise) * (slowing / front.closing)
         };
         let mut tangent = moved.turn() + shift * front.direction.transpose();
         let mut secant = lower_secant;
@@ -257,6 +213,69 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         })
     }
 
+    /// The front and the sticking floating knots go to `next`, the segments between them and the base knots to the
+    /// sums, in place of those of the base grid. None if a segment is too short.
+    #[inline(always)]
+    fn add_sticking(
+        &self,
+        front: &Point<N>,
+        reach: &Reach,
+        next: &mut Curve<N>,
+        sums: &mut Sums<N>,
+    ) -> Option<()> {
+        let floating = &self.curve.floating[..];
+        let mut index = reach.floating;
+        let mut interval = if N == 1 { 0 } else { reach.base };
+        let mut below = *front;
+        next.push_floating(front.r, front.e, interval);
+        loop {
+            let top = self.settled(next, interval + 1);
+            if N > 1 {
+                let bottom = self.settled(next, interval);
+                let node = &self.grid.nodes[interval];
+                let slope = (top.e - bottom.e) * node.inverse_width;
+                sums.add_chord(&bottom, &top, node.secant, &slope, -1.0);
+            }
+            let beside = |index: usize| {
+                floating
+                    .get(index)
+                    .is_some_and(|knot| N == 1 || knot.above == interval)
+            };
+            let knot = |index: usize| {
+                if beside(index) {
+                    self.point(index)
+                } else {
+                    top
+                }
+            };
+            let mut here = knot(index);
+            // A front that closes a loop leaves the knot of that loop behind.
+            while next.floating.len() == 1 && beside(index) {
+                let above = knot(index + 1);
+                if here.r - front.r >= SAME && matters(&below, &here, &above) {
+                    break;
+                }
+                here = above;
+                index += 1;
+            }
+            loop {
+                sums.add(&below, &here)?;
+                if !beside(index) {
+                    break;
+                }
+                next.push_floating(here.r, here.e, interval);
+                below = here;
+                index += 1;
+                here = knot(index);
+            }
+            let Some(knot) = floating.get(index) else {
+                return Some(());
+            };
+            interval = knot.above;
+            below = self.settled(next, interval);
+        }
+    }
+
     /// How many base knots there are: in one direction r = 1 is enough.
     #[inline(always)]
     fn count(&self) -> usize {
@@ -265,17 +284,18 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
 
     /// Everything slips.
     #[inline(always)]
-    fn gross_slip(&self, moved: &Base<N>, reach: &Reach) -> Increment<N> {
+    fn gross_slip(&self, moved: &Base<N>, reach: &Reach, next: &Curve<N>) -> Increment<N> {
+        let sums = self.base_sums(next);
         let tangent = moved.turn();
         Increment {
-            traction: moved.traction(),
+            traction: sums.traction,
             tangent,
             shrinkage: if self.scale == 1.0 {
                 Vector::zeros()
             } else {
                 tangent * -self.d
             },
-            stored: moved.stored.sum(),
+            stored: sums.stored,
             dissipated: self.dissipated(moved, reach, None),
             contact: Some(Contact::GrossSlip),
             full: false,
@@ -350,18 +370,20 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         moved
     }
 
-    /// What the base grid alone gives. In one direction nothing: a front divides its only segment.
+    /// What the base knots alone give.
     #[inline(always)]
-    fn base_sums(&self, moved: &Base<N>) -> Sums<N> {
-        if N == 1 {
-            return Sums {
-                traction: Vector::zeros(),
-                stored: 0.0,
-            };
+    fn base_sums(&self, next: &Curve<N>) -> Sums<N> {
+        let (mut traction, mut stored) = (Lane::ZERO, Lane::ZERO);
+        let mut below = Lane::ZERO;
+        for (weights, e) in self.grid.weights.iter().zip(&next.base[..self.count()]) {
+            let e = Lane(*e);
+            traction = traction + e * weights.traction;
+            stored = stored + e * (e * weights.energy + below * weights.energy_below);
+            below = e;
         }
         Sums {
-            traction: moved.traction(),
-            stored: moved.stored.sum(),
+            traction: traction.0.into(),
+            stored: stored.sum(),
         }
     }
 
@@ -440,10 +462,12 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
             let n = trial / trial.norm();
             (s, n, width - n.dot(&rise))
         };
-        (closing.abs() > ALONG_BOUNDARY * width).then(|| Front {
+        (closing.abs() > ALONG_BOUNDARY * width).then_some(Front {
             r: r + width * s,
             direction,
-            gain: width / closing,
+            width,
+            rise,
+            closing,
         })
     }
 
@@ -538,10 +562,6 @@ struct Base<const N: usize> {
     /// The largest r that slips, 0 for none, and how many slip.
     top: Lane<N>,
     count: Lane<N>,
-    /// The last deflection.
-    below: [f64; N],
-    traction: [Lane<N>; N],
-    stored: Lane<N>,
     dissipated: Lane<N>,
     /// Sum of weight times gain times n n^T over the slipping knots: lower triangle.
     turn: [[Lane<N>; N]; N],
@@ -552,9 +572,6 @@ impl<const N: usize> Base<N> {
         Base {
             top: Lane::ZERO,
             count: Lane::ZERO,
-            below: [0.0; N],
-            traction: [Lane::ZERO; N],
-            stored: Lane::ZERO,
             dissipated: Lane::ZERO,
             turn: [[Lane::ZERO; N]; N],
         }
@@ -594,23 +611,7 @@ impl<const N: usize> Base<N> {
                 }
             }
         }
-        let mut below = e;
-        for i in 0..N {
-            self.traction[i] = self.traction[i] + e[i] * lanes.weight;
-            below[i] = Lane(from_fn(|lane| match lane {
-                0 => self.below[i],
-                _ => e[i].0[lane - 1],
-            }));
-            self.below[i] = e[i].0[N - 1];
-        }
-        self.stored =
-            self.stored + (dot(&e, &e) * lanes.energy + dot(&e, &below) * lanes.energy_below);
         from_fn(|lane| from_fn(|i| e[i].0[lane]))
-    }
-
-    #[inline(always)]
-    fn traction(&self) -> Vector<N> {
-        Vector::from_fn(|i, _| self.traction[i].sum())
     }
 
     /// A slipping knot turns on its limit: weight times gain times (I - n n^T).

@@ -30,6 +30,8 @@ pub(super) struct Knot<const N: usize> {
     pub(super) motion: Motion,
     /// Knots that slip: r / |trial|. Fronts: 1 / (1 - n.m), how fast the front moves with the increment.
     pub(super) gain: f64,
+    /// Fronts: slope m of the trial curve on the side that sticks.
+    pub(super) inner: Vector<N>,
 }
 
 impl<const N: usize> Knot<N> {
@@ -42,6 +44,7 @@ impl<const N: usize> Knot<N> {
             above,
             motion: Motion::Sticking,
             gain: 0.0,
+            inner: Vector::zeros(),
         }
     }
 
@@ -130,6 +133,7 @@ pub(super) fn front<const N: usize>(below: &Knot<N>, above: &Knot<N>) -> Knot<N>
     let trial = below.e + m * u;
     let direction = trial / trial.norm();
     let mut front = Knot::new(r, direction * r, Values::default(), above.above);
+    front.inner = m;
     let closing = 1.0 - direction.dot(&m);
     // Along the boundary the front moves at any speed; the number stays finite.
     front.gain = 1.0
@@ -248,10 +252,10 @@ impl<const N: usize> Sums<N> {
     /// A front shifts along r.
     #[inline]
     pub(super) fn add_shift(&mut self, front: &Knot<N>, lower: &Segment<N>, upper: &Segment<N>) {
-        let slipping = if front.motion == Motion::FrontBelowStick {
-            lower.secant
+        let (slipping, turn) = if front.motion == Motion::FrontBelowStick {
+            (lower.secant, lower.slope - front.inner)
         } else {
-            upper.secant
+            (upper.secant, front.inner - upper.slope)
         };
         let n = front.e / front.r;
         let slowing = front.values.slope - slipping;
@@ -259,7 +263,7 @@ impl<const N: usize> Sums<N> {
             // How fast the front moves and how far the slopes differ cancel.
             n * slowing
         } else {
-            (lower.slope - upper.slope) * (slowing * front.gain)
+            turn * (slowing * front.gain)
         };
         self.turn += shift * n.transpose();
         self.remembered += shift * n.dot(&front.e);
