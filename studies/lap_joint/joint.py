@@ -22,12 +22,12 @@ YOUNG, POISSON = 200e3, 0.3
 class Geometry:
     plate: float = 5.0  # thickness
     half: float = 10.0  # half the overlap, half the width
-    free: float = 35.0  # of each plate beyond the overlap
+    free: float = 33.0  # of each plate beyond the overlap
     hole: float = 3.5  # radii
     shank: float = 2.53  # of the stress cross-section
     head: float = 5.0  # also of the nut
     washer: float = 7.25
-    washer_height: float = 14.15
+    washer_height: float = 14.08
     head_height: float = 4.0
     nut_height: float = 5.0
     thread_contact: bool = False  # the thread as a contact pair, not bonded
@@ -47,8 +47,8 @@ class Density:
     free: int = 7
     plate: int = 4  # through the thickness
     washer_height: int = 4
-    head_height: int = 2
-    nut_height: int = 2
+    head_height: int = 3
+    nut_height: int = 3
 
     def finer(self, factor):
         """About `factor` times as many along every edge."""

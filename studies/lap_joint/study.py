@@ -166,14 +166,11 @@ def note(topic, **figures):
 
 
 def cases(jobs):
-    began, began_cpu = time.perf_counter(), time.process_time()
-    mesh, structure = model(progress=True)
+    model(progress=True)
     done = all_of([((case,), {"keep": True}) for case in table_1()], "Table 1", jobs)
     write_table("identified", [fitted for fitted, _, _ in done])
     write_table("identified_paper_procedure", [row for _, row, _ in done])
     write_table("cases_more", [more for _, _, more in done])
-    note("cases", nodes=len(mesh.points), elements=len(mesh.hexahedra), openings=len(structure.stiffness),
-         processes=jobs, seconds=round(time.perf_counter() - began), cpu_seconds=round(time.process_time() - began_cpu))
 
 
 def methods(jobs):
@@ -271,7 +268,6 @@ def paper_size(_):
         "peak_GiB": round(peak, 1), "threads": int(os.environ["OMP_NUM_THREADS"]),
         **{key: found[key] for key in ("F_s", "X_s", "k_alpha", "kappa")}, "dissipation_Nmm": loop.area(),
     }])
-    note("paper-size")
 
 
 def reference(check):
@@ -318,7 +314,12 @@ def main():
         if study == "reference":
             reference(given.check)
         else:
+            began, began_cpu = time.perf_counter(), time.process_time()
             STUDIES[study](given.jobs)
+            grid, structure = model("paper" if study == "paper-size" else "study")
+            note(study, processes=given.jobs, seconds=round(time.perf_counter() - began),
+                 cpu_seconds_of_this_process=round(time.process_time() - began_cpu), geometry=vars(Geometry()),
+                 nodes=len(grid.points), elements=len(grid.hexahedra), openings=len(structure.stiffness))
 
 
 if __name__ == "__main__":
