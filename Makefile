@@ -138,7 +138,7 @@ study-check: library cli ## checks of the studies' numerics, one coarse loop, th
 	$(PYTHON) studies/report.py --check
 
 .PHONY: study-paper-size
-study-paper-size: library cli ## one loop on a mesh of the paper's size (2 cores, up to 16 GiB)
+study-paper-size: library cli ## one loop on a mesh of the paper's size (2 cores: 25 minutes, 11 GiB)
 	hosts/setup.sh
 	OMP_NUM_THREADS=2 $(LAP)/study.py paper-size
 	$(PYTHON) studies/report.py

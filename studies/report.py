@@ -363,11 +363,9 @@ def paper_size():
     k_alpha, F_s, X_s, kappa = paper.PRELOAD[900]
     made = json.loads((RESULTS / "provenance.json").read_text())
     nodes, elements = made["cases"]["nodes"], made["cases"]["elements"]
-    shapes = [made[topic]["geometry"] for topic in ("paper-size", "cases")]
     return table(
         ["", "paper", f"mepc, {row['nodes']:.0f} nodes", f"mepc, {nodes} nodes"],
         [
-            ["plates' free length / washer (mm)", "?", *(f"{shape['free']} / {shape['washer_height']}" for shape in shapes)],
             ["nodes / elements", "138730 / 124748", f"{row['nodes']:.0f} / {row['elements']:.0f}", f"{nodes} / {elements}"],
             ["k_alpha (N/mm)", k_alpha, f"{row['k_alpha']:.1f}", f"{study['k_alpha_N_per_mm']:.1f}"],
             ["F_s (N)", F_s, f"{row['F_s']:.2f}", f"{study['F_s_N']:.2f}"],
