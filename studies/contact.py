@@ -17,13 +17,18 @@ class NoEquilibrium(RuntimeError):
     """Newton's method failed even with the smallest step."""
 
 
+def parts(pairs):
+    """Where the points of each pair stand in arrays over all points, by name."""
+    ends = np.cumsum([len(pair.area) for pair in pairs])
+    return {pair.name: slice(end - len(pair.area), end) for pair, end in zip(pairs, ends)}
+
+
 class Contact:
     """The contact points of a mesh, a law for each pair."""
 
     def __init__(self, pairs, laws):
         self.area = np.concatenate([pair.area for pair in pairs])
-        ends = np.cumsum([len(pair.area) for pair in pairs])
-        self.parts = {pair.name: slice(end - len(pair.area), end) for pair, end in zip(pairs, ends)}
+        self.parts = parts(pairs)
         self.laws = {name: laws[name] for name in self.parts}
         self.offset = np.zeros((len(self.area), 3))  # added to the opening: clearance, or negative interference
 

@@ -47,13 +47,6 @@ class Mesh:
         numbers = np.unique(self.hexahedra[self.body == body])
         return numbers[where(*self.points[numbers].T)]
 
-    def write(self, file):
-        """For ParaView and the like."""
-        import meshio
-
-        bodies = np.unique(self.body, return_inverse=True)[1]
-        meshio.Mesh(self.points, [("hexahedron", self.hexahedra)], cell_data={"body": [bodies]}).write(file)
-
 
 class Builder:
     """Collects bodies extruded from one plane mesh, and the pairs between them."""

@@ -176,7 +176,7 @@ def preload_ratio():
 
 
 def regression():
-    theirs, ours = verdict.papers_regression(), verdict.regression(verdict.by_case("identified"))
+    theirs, ours = paper.regression(), verdict.regression(verdict.by_case("identified"))
 
     def line(name, pair):
         return [name, f"{MICRO * pair[0]:.2f}", f"{pair[1] / 1e3:.1f}"]
@@ -213,7 +213,7 @@ def trends():
 def exponents():
     """Also of a patch of the law behind a spring, by its first slope and X_s: docs/verification.md has both forms."""
     sweeps, chi = verdict.sweeps(verdict.by_case("identified")), 2.5
-    gcr, K_e = verdict.papers_regression()
+    gcr, K_e = paper.regression()
     lines = []
     for name, per in (("P", 0.3), ("mu", 900)):
         theirs, ours = sweeps[name]

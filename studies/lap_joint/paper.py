@@ -42,14 +42,19 @@ def slip_and_stiffness(force, X_s):
     return intercept, 1 / slope
 
 
+def regression():
+    """gcr (mm) and K_e (N/mm) from X_s against mu P of Tables 2 and 3."""
+    states = [(0.3 * P, row[2]) for P, row in PRELOAD.items()] + [(900 * mu, row[2]) for mu, row in FRICTION.items()]
+    return slip_and_stiffness(*zip(*states))
+
+
 def predict(preload, mu, amplitude):
     """What the paper's tables make one expect of a joint that is not in them."""
     P = np.array(list(PRELOAD))
     force = mu * preload
     # F_s from Table 2; X_s from Tables 2 and 3 against mu P; k_alpha linear in P (Table 2) and quadratic in mu (Table 3).
     ratio, constant = np.polyfit(0.3 * P, [row[1] for row in PRELOAD.values()], 1)
-    states = [(0.3 * p, row[2]) for p, row in PRELOAD.items()] + [(900 * m, row[2]) for m, row in FRICTION.items()]
-    gcr, K_e = slip_and_stiffness(*zip(*states))
+    gcr, K_e = regression()
     along_P = np.polyfit(P, [row[0] for row in PRELOAD.values()], 1)
     along_mu = np.polyfit(list(FRICTION), [row[0] for row in FRICTION.values()], 2)
     along_kappa = np.polyfit(*zip(*[(0.3 * p, row[3]) for p, row in PRELOAD.items()]), 1)

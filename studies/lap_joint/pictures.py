@@ -340,7 +340,7 @@ def slip_and_force():
     x = np.array([0, 470.0])
     ours = verdict.regression(verdict.by_case("identified"))
     for (gcr, K_e), colour, line, text in (
-        (verdict.papers_regression(), PAPERS, "--", "paper"),
+        (paper.regression(), PAPERS, "--", "paper"),
         (ours, OURS, "-", "mepc"),
     ):
         axes.plot(

@@ -32,6 +32,7 @@ from tqdm import tqdm
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import paper  # noqa: E402
+from contact import parts  # noqa: E402
 from joint import MESHES, Case, Geometry, interface, run  # noqa: E402
 from loops import ROOT, identify, provenance, read_csv, write_csv  # noqa: E402
 
@@ -71,6 +72,13 @@ def measured(loop):
     return {"displacement": np.concatenate([swing, swing[-2::-1]]), "force": np.concatenate([down, up[1:]])}
 
 
+def identified(loop, name):
+    """What the tool makes of the loop as a rig records it."""
+    file = BUILD / "measured" / f"{name}.csv"
+    write_csv(file, measured(loop), "for mepc identify")
+    return identify(file)
+
+
 def slopes(loop):
     """Slope just after the reversals, and how much the slope of gross slip changes in the last two fifths of a branch."""
     first, bends = [], []
@@ -99,9 +107,7 @@ def loop_of(case, mesh="study", geometry=Geometry(), keep=False):
          "dissipated": np.cumsum(loop.dissipated), "iterations": loop.iterations},
         f"{case}; mm, N, N mm",
     )
-    file = BUILD / "measured" / f"{case.name}.csv"
-    write_csv(file, measured(loop), "for mepc identify")
-    found = identify(file)
+    found = identified(loop, case.name)
 
     first_slope, bend = slopes(loop)
     # Head and nut lift off at their rim, more and more with the displacement: then no straight line is there to be found.
@@ -217,7 +223,7 @@ def sensitivity(jobs):
         {}, {"kn": 1e5}, {"kn": 1e6}, {"gcr": 2e-3}, {"gcr": 4e-3}, {"chi": 1.5}, {"chi": 3.5}, {"pressure_rule": 1},
         {"base_knots": 8}, {"base_knots": 64},
     ]
-    named = {**{" ".join(f"{key}={value:g}" for key, value in change.items()) or "reference": change for change in changes}}
+    named = {" ".join(f"{key}={value:g}" for key, value in change.items()) or "reference": change for change in changes}
     # The paper's fifth pair. Its thread carries the bolt force by flanks smeared on a cylinder.
     thread = Geometry(thread_contact=True)
     model(progress=True), model(geometry=thread, progress=True)
@@ -233,8 +239,7 @@ def maps(_):
     mesh, structure = model(progress=True)
     loop = run(replace(REFERENCE, name="maps"), mesh, structure)
     pair = next(pair for pair in mesh.pairs if pair.name == "plate-plate")
-    start = sum(len(other.area) for other in mesh.pairs[: mesh.pairs.index(pair)])
-    part = slice(start, start + len(pair.area))
+    part = parts(mesh.pairs)[pair.name]
     x, y, _ = mesh.points[pair.lower].T
     frames = []
     for number in range(loop.last_cycle().start, len(loop.steps)):
@@ -258,9 +263,7 @@ def paper_size(_):
     case = replace(REFERENCE, name="P900-paper-size")
     loop = run(case, mesh, structure)
     write_csv(RESULTS / "loops" / f"{case.name}.csv", {"displacement": loop.displacement, "force": loop.force}, str(case))
-    file = BUILD / "measured" / f"{case.name}.csv"
-    write_csv(file, measured(loop), "for mepc identify")
-    found = identify(file)
+    found = identified(loop, case.name)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     write_table("paper_size", [{
         "nodes": len(mesh.points), "elements": len(mesh.hexahedra), "openings": len(structure.stiffness),
@@ -283,17 +286,11 @@ def reference(check):
     drift = np.abs(columns["force"] - kept["force"]).max() / np.ptp(kept["force"])
     balance = loop.dissipated[loop.last_cycle().start + 1:].sum() / loop.area() - 1
     limit = REFERENCE.mu * REFERENCE.preload
-    plateau = identify_plateau(loop) / limit
+    plateau = identified(loop, "reference")["F_s"] / limit
     print(f"drift from the kept result {drift:.1e} of the swing; dissipation over loop area - 1: {balance:.1e}; "
           f"F_s / (mu P) {plateau:.4f}")
     if not (drift < 1e-6 and abs(balance) < 5e-3 and 0.97 < plateau < 1.03):
         sys.exit("reference: outside its bounds (1e-6, 5e-3, .97 to 1.03)")
-
-
-def identify_plateau(loop):
-    file = BUILD / "measured" / "reference.csv"
-    write_csv(file, measured(loop), "for mepc identify")
-    return identify(file)["F_s"]
 
 
 STUDIES = {

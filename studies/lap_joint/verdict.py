@@ -84,13 +84,6 @@ def regression(cases):
     return paper.slip_and_stiffness([row["mu"] * row["preload_N"] for row in used], [row["X_s_mm"] for row in used])
 
 
-def papers_regression():
-    """The same from the paper's Tables 2 and 3."""
-    states = [(0.3 * P, row[2]) for P, row in paper.PRELOAD.items()]
-    states += [(900 * mu, row[2]) for mu, row in paper.FRICTION.items()]
-    return paper.slip_and_stiffness(*zip(*states))
-
-
 # --- the bounds -----------------------------------------------------------------------------------------------------------
 
 
@@ -220,7 +213,7 @@ def all_checks(results=RESULTS):
     runs += [{**row, "label": row["case"]} for row in methods]
     checks = [*against_tables(cases), *limit_force(runs)]
     slip, stiffness = regression(cases)
-    papers_slip, papers_stiffness = papers_regression()
+    papers_slip, papers_stiffness = paper.regression()
     checks += [
         near("gcr from X_s", "mm", papers_slip, slip, 10),
         near("K_e from X_s", "N/mm", papers_stiffness, stiffness, 10),
