@@ -87,7 +87,7 @@ const char *mepc_last_error(void);
  ndir: tangential directions, 1 or 2. nstate: numbers in a state array, see mepc_state_size.
  law: receives the new law, to be released with mepc_law_free; written only on success.
 
- Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY, MEPC_BAD_STATE (nstate too small), MEPC_BAD_INPUT (ndir, nprops).
+ Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY, MEPC_BAD_STATE (nstate too small or above 1000000), MEPC_BAD_INPUT (ndir, nprops).
 
  # Safety
  props points to nprops numbers, law to a writable pointer.

@@ -109,7 +109,7 @@ impl Iwan {
                 let (name, value) = (NAMES[index], parameters[index]);
                 return Err(Error::new(
                     Kind::BadProperty,
-                    format!("params[{index}] {name} = {value}: must be {words}"),
+                    format!("params[{index}] {name} = {value:?}: must be {words}"),
                 ));
             }
         }

@@ -63,10 +63,7 @@ impl<const N: usize> Law<N> {
         check_finite(&"pressure", pressure)?;
         check_finite(&"multiplier", multiplier.sum())?;
         check_finite(&"slip_increment", slip_increment.sum())?;
-        let before: Vector<N> = memory
-            .base()
-            .last()
-            .map_or_else(Vector::zeros, |e| Vector::from(*e));
+        let before = Vector::from(memory.base()[self.layout().base - 1]);
         let limit = self.properties().mu * pressure.max(0.0);
         let beyond = multiplier.norm() >= limit;
         let slip = slip_increment.norm();

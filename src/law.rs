@@ -5,6 +5,7 @@ use crate::error::{Error, Kind};
 use crate::memory::{Curve, Grid, Increment, Matrix, Vector, length};
 use crate::properties::{Method, PressureRule, Properties};
 use crate::state::{Contact, Header, Layout};
+use std::fmt::Display;
 
 /// A critical slip this many times smaller stands for rigid stick where the host has no Lagrange multipliers.
 pub const RIGID: f64 = 1e-3;
@@ -170,7 +171,21 @@ impl<const N: usize> Law<N> {
         }
         check_finite(&"opening[0]", normal)?;
         let pressure = (-kn * (normal + gap0)).max(0.0);
+        if pressure == f64::INFINITY {
+            return Err(Error::new(
+                Kind::BadInput,
+                format!("opening[0] = {normal:?}: the pressure that follows must be finite"),
+            ));
+        }
         let increment = tangential - Vector::from_column_slice(&header.jump[..N]);
+        for index in 0..N {
+            check_length(
+                &format_args!("opening[{}]", 1 + index),
+                tangential[index],
+                increment[index],
+                gcr,
+            )?;
+        }
         header.jump[..N].copy_from_slice(tangential.as_slice());
         let friction = self.friction_from(header, memory, gcr, &increment, pressure, state1)?;
         // A point that just touches is stiff already: a host's first iteration starts there.
@@ -207,12 +222,8 @@ impl<const N: usize> Law<N> {
         }
         check_finite(&"pressure", pressure)?;
         let d = slip_increment / gcr;
-        for index in 0..N {
-            // Not a number is neither.
-            if d[index].abs() <= LONGEST {
-                continue;
-            }
-            return Err(too_long(index, slip_increment[index], gcr));
+        for (index, slip) in slip_increment.iter().enumerate() {
+            check_length(&format_args!("slip_increment[{index}]"), *slip, *slip, gcr)?;
         }
         let mut header = old;
         if pressure <= 0.0 {
@@ -339,19 +350,28 @@ fn check_directions(ndir: usize) -> Result<(), Error> {
     ))
 }
 
+/// Refuses the argument `name` where the slip that follows from it is no number, or too long.
+#[inline(always)]
+fn check_length(name: &impl Display, value: f64, slip: f64, gcr: f64) -> Result<(), Error> {
+    // Not a number is neither.
+    if (slip / gcr).abs() <= LONGEST {
+        return Ok(());
+    }
+    Err(too_long(name, value, gcr))
+}
+
 #[cold]
-fn too_long(index: usize, slip: f64, gcr: f64) -> Error {
+fn too_long(name: &impl Display, value: f64, gcr: f64) -> Error {
     Error::new(
         Kind::BadInput,
         format!(
-            "slip_increment[{index}] = {slip:?}: must be finite and no more than {LONGEST:e} \
-             critical slips ({gcr})"
+            "{name} = {value:?}: must be finite and a slip of no more than {LONGEST:e} critical slips ({gcr:?})"
         ),
     )
 }
 
 #[inline(always)]
-pub(crate) fn check_finite(name: &impl std::fmt::Display, value: f64) -> Result<(), Error> {
+pub(crate) fn check_finite(name: &impl Display, value: f64) -> Result<(), Error> {
     if value.is_finite() {
         return Ok(());
     }
@@ -359,7 +379,7 @@ pub(crate) fn check_finite(name: &impl std::fmt::Display, value: f64) -> Result<
 }
 
 #[cold]
-fn not_finite(name: &impl std::fmt::Display, value: f64) -> Error {
+fn not_finite(name: &impl Display, value: f64) -> Error {
     Error::new(
         Kind::BadInput,
         format!("{name} = {value:?}: must be finite"),

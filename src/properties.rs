@@ -232,7 +232,7 @@ impl Properties {
         Err(Error::new(
             Kind::BadProperty,
             format!(
-                "PROPS(2) gcr = {} with a characteristic length of {characteristic_length}: a host \
+                "PROPS(2) gcr = {:?} with a characteristic length of {characteristic_length:?}: a host \
                  without a characteristic length needs gcr > 0",
                 self.gcr
             ),

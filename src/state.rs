@@ -16,6 +16,8 @@ pub const MAX_FLOATING: usize = 64;
 const DEFAULT_FLOATING: usize = 8;
 /// Fewer floating knots cannot hold a reversal and the branch that follows it.
 const MIN_FLOATING: usize = 2;
+/// The longest array taken; past the used part there are only zeros.
+pub const MAX_STATE: usize = 1_000_000;
 /// The most numbers a state uses.
 pub const MAX_USED: usize = HEADER + 2 * MAX_BASE + 3 * MAX_FLOATING;
 
@@ -88,7 +90,7 @@ impl Layout {
     /// The layout for `ndir` directions with `base` knots in an array of `nstate` numbers.
     ///
     /// # Errors
-    /// [`Kind::BadState`] when fewer than two floating knots fit.
+    /// [`Kind::BadState`] when fewer than two floating knots fit, or beyond [`MAX_STATE`].
     pub fn new(ndir: usize, base: usize, nstate: usize) -> Result<Self, Error> {
         let least = Self::size(ndir, base, MIN_FLOATING);
         if nstate < least {
@@ -99,6 +101,12 @@ impl Layout {
                      least {least} state variables, {} by default",
                     Self::default_size(ndir, base)
                 ),
+            ));
+        }
+        if nstate > MAX_STATE {
+            return Err(Error::new(
+                Kind::BadState,
+                format!("nstate = {nstate}: must be at most {MAX_STATE}"),
             ));
         }
         let floating = (nstate - HEADER - base * ndir) / (1 + ndir);

@@ -195,9 +195,10 @@ fn limits_of_nprops_ndir_and_nstate() {
         (1, least_state(1, 1) as i32),
         (2, least_state(2, 16) as i32),
     ] {
-        for nstate in [least - 1, 1, 0, -1, i32::MIN] {
+        for nstate in [-1, i32::MIN, 1_000_001, i32::MAX, 0, 1, least - 1] {
             assert_eq!(new_law(&good, ndir, nstate).0, BAD_STATE);
-            assert!(last_error().contains("nstate = "), "{}", last_error());
+            let words = format!("nstate = {nstate}:");
+            assert!(last_error().contains(&words), "{}", last_error());
         }
         assert!(
             last_error().contains(&least.to_string()),
@@ -498,6 +499,19 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
             let mut call = FrictionCall::new(&law, &slip, pressure, &state0);
             assert_eq!(call.call(), BAD_INPUT);
             assert!(call.untouched());
+        }
+        // The interface form names its own argument, and the value that was passed.
+        let good = vec![-5e-3; 1 + ndir];
+        for index in 0..=ndir {
+            for value in [f64::NAN, f64::NEG_INFINITY, -1e308] {
+                let mut opening = good.clone();
+                opening[index] = value;
+                let mut call = InterfaceCall::new(&law, &opening, &state0);
+                assert_eq!(call.call(), BAD_INPUT);
+                let words = format!("opening[{index}] = {value:?}");
+                assert!(last_error().contains(&words), "{words}: {}", last_error());
+                assert!(call.untouched());
+            }
         }
         // The interface form needs a normal stiffness.
         let no_normal = NativeLaw::new(&with(&props(), 7, 0.0), ndir);

@@ -236,6 +236,38 @@ fn repeated_rejected_and_restored_steps_are_bit_identical() {
     }
 }
 
+/// A slip element that just touches its limit, with sticking ones on both sides, is not forgotten: undoing a step
+/// exactly gives what undoing it almost exactly gives.
+#[test]
+fn an_element_that_touches_its_limit_stays() {
+    let paths = [
+        (3.0, [[0.125, -0.375], [-0.25, 0.0], [0.25, 0.0]]),
+        (16.0, [[-0.25, -0.125], [0.375, -0.125], [-0.25, 0.0]]),
+    ];
+    for (base_knots, path) in paths {
+        let last = |shift: [f64; 2]| {
+            let mut point = Point::<2>::new(&with(&unit(2.5), 9, base_knots));
+            let mut response = None;
+            for (k, slip) in path.into_iter().enumerate() {
+                let slip = if k == 2 {
+                    [0, 1].map(|i| slip[i] + shift[i])
+                } else {
+                    slip
+                };
+                response = Some(point.step(slip, 1.0));
+            }
+            response.expect("three steps")
+        };
+        let exact = last([0.0; 2]);
+        for shift in [[1e-10, 0.0], [-1e-10, 0.0], [0.0, 1e-10], [0.0, -1e-10]] {
+            let near = last(shift);
+            assert_abs_diff_eq!(exact.traction, near.traction, epsilon = 1e-9);
+            assert_abs_diff_eq!(exact.stored, near.stored, epsilon = 1e-9);
+            assert_abs_diff_eq!(exact.dtraction_dslip, near.dtraction_dslip, epsilon = 1e-6);
+        }
+    }
+}
+
 #[test]
 fn interface_form_is_penalty_and_friction_form() {
     fn check<const N: usize>(props: &[f64]) {

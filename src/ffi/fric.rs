@@ -11,7 +11,7 @@ use crate::lagrange::Rigid;
 use crate::law::{Law, Response, check_finite};
 use crate::memory::{Curve, Matrix, Vector};
 use crate::properties::Method;
-use crate::state::HEADER;
+use crate::state::{HEADER, Header};
 use libc::{c_char, c_double};
 use std::slice;
 
@@ -83,15 +83,26 @@ impl Arguments {
         unsafe {
             let law = self.law(laws)?;
             let layout = law.layout();
-            let mut memory = Curve::new();
-            let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
-            let last = layout.base - 1;
-            let before = Vector::from(memory.base()[last]);
-            let slip = vector::<N>("DGAM", self.dgam)?;
-            let pressure = read("PRESS", self.press)?;
-            check_finite(&"PRESS", pressure)?;
-            self.check_outputs()?;
             let lm = read("LM", self.lm)?;
+            self.check_outputs()?;
+            let mut memory = Curve::new();
+            let read_state = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory);
+            let last = layout.base - 1;
+            let (header, slip, pressure) = if lm == OPEN {
+                // Whatever is there will be forgotten, so nothing can be wrong with it.
+                let header = read_state.unwrap_or_else(|_| {
+                    memory = Curve::virgin(layout.base);
+                    Header::default()
+                });
+                let slip = vector("DGAM", self.dgam).unwrap_or_else(|_| Vector::zeros());
+                (header, slip, 0.0)
+            } else {
+                let header = read_state?;
+                let pressure = read("PRESS", self.press)?;
+                check_finite(&"PRESS", pressure)?;
+                (header, vector("DGAM", self.dgam)?, pressure)
+            };
+            let before = Vector::from(memory.base()[last]);
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
             let gcr = law
@@ -101,7 +112,7 @@ impl Arguments {
             let response = match lm {
                 // The point was open: forget, and stay frictionless for this increment.
                 OPEN => {
-                    law.friction_from(header, &mut memory, gcr, &Vector::zeros(), 0.0, state1)?
+                    law.friction_from(header, &mut memory, gcr, &Vector::zeros(), pressure, state1)?
                 }
                 SLIPPING | STICKING if rigid => {
                     let multiplier = match lm {
@@ -155,6 +166,7 @@ impl Arguments {
 
     fn check_outputs(&self) -> Result<(), Error> {
         let outputs = [
+            ("STATEV", self.statev),
             ("TAU", self.tau),
             ("DDTDDG", self.ddtddg),
             ("DDTDDP", self.ddtddp),

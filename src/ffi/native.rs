@@ -81,7 +81,12 @@ enum AnyLaw {
 
 impl mepc_law {
     fn new(props: &[f64], ndir: i32, nstate: i32) -> Result<Self, Error> {
-        let nstate = usize::try_from(nstate).unwrap_or(0);
+        let nstate = usize::try_from(nstate).map_err(|_| {
+            Error::new(
+                Kind::BadState,
+                format!("nstate = {nstate}: must be positive"),
+            )
+        })?;
         let law = match ndir {
             1 => AnyLaw::One(Law::new(props, nstate)?),
             2 => AnyLaw::Two(Law::new(props, nstate)?),
@@ -346,7 +351,7 @@ pub extern "C" fn mepc_last_error() -> *const c_char {
 /// ndir: tangential directions, 1 or 2. nstate: numbers in a state array, see mepc_state_size.
 /// law: receives the new law, to be released with mepc_law_free; written only on success.
 ///
-/// Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY, MEPC_BAD_STATE (nstate too small), MEPC_BAD_INPUT (ndir, nprops).
+/// Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY, MEPC_BAD_STATE (nstate too small or above 1000000), MEPC_BAD_INPUT (ndir, nprops).
 ///
 /// # Safety
 /// props points to nprops numbers, law to a writable pointer.

@@ -11,7 +11,7 @@ use super::user::{
     write,
 };
 use crate::error::{Error, Kind};
-use crate::law::Law;
+use crate::law::{Law, check_finite};
 use crate::memory::Vector;
 use libc::{c_char, c_double};
 use std::slice;
@@ -103,6 +103,7 @@ impl Arguments {
                 }
             }
             let penetration = read("RDISP", self.rdisp)?;
+            check_finite(&"RDISP(1)", penetration)?;
             let unpaired = penetration <= UNPAIRED;
             // The increment is the host's: RDISP may start anew when the point slides onto another face.
             let slip = if unpaired {

@@ -8,6 +8,7 @@ use super::guard;
 use super::host::stop;
 use super::user::{self, Laws, StateCopy, array, count, null, properties, read};
 use crate::error::{Error, Kind};
+use crate::law::check_finite;
 use crate::properties::COMMON;
 use libc::{c_char, c_double};
 use std::slice;
@@ -147,8 +148,11 @@ impl Arguments {
             let stran = array("STRAN", self.stran, components.size)?;
             let dstran = array("DSTRAN", self.dstran, components.size)?;
             let mut total = [0.0; 6];
-            for (sum, (a, b)) in total.iter_mut().zip(stran.iter().zip(dstran)) {
-                *sum = a + b;
+            for slot in &components.slots[..1 + N] {
+                for (name, values) in [("STRAN", stran), ("DSTRAN", dstran)] {
+                    check_finite(&format_args!("{name}({})", slot + 1), values[*slot])?;
+                    total[*slot] += values[*slot];
+                }
             }
             if self.stress.is_null() {
                 return Err(null("STRESS"));

@@ -1,7 +1,9 @@
 //! The base grid: knots that are never dropped, and what follows from them once and for all.
 
+use super::base::WIDTH;
+use super::knot::Knot;
 use super::lane::Lane;
-use super::{ROUNDING, SAME};
+use super::{ROUNDING, Vector, outside};
 use crate::backbone::{Backbone, Values};
 use std::array::from_fn;
 
@@ -25,29 +27,31 @@ pub struct Node {
     pub(super) energy_below: f64,
 }
 
-/// As many knots of the base grid side by side as there are directions, for loops that treat them at once.
+/// Some knots of the base grid side by side, for loops that treat them at once.
 ///
 /// Past the last knot there are some without weight that never slip.
 #[derive(Clone, Debug)]
-pub(super) struct Lanes<const N: usize> {
-    pub(super) r: Lane<N>,
-    pub(super) outside: Lane<N>,
+pub(super) struct Lanes {
+    pub(super) r: Lane<WIDTH>,
+    pub(super) outside: Lane<WIDTH>,
     /// Squared length that a deflection may have.
-    limit2: Lane<N>,
+    limit2: Lane<WIDTH>,
+    /// 2^k, counted anew every 32 knots: sums of these are exact.
+    pub(super) bit: Lane<WIDTH>,
     /// Weight of a slipping knot's excess over its limit in the dissipated energy: secant of G above - secant below.
-    pub(super) loss: Lane<N>,
+    pub(super) loss: Lane<WIDTH>,
     /// Weight over r^2: weight times n n^T for a knot that slips in the direction n is this times e e^T.
-    pub(super) turn: Lane<N>,
+    pub(super) turn: Lane<WIDTH>,
 }
 
-/// The weights of a knot of the base grid, side by side for the directions.
+/// The weights of the numbers of a base grid, direction after direction and knot after knot.
 ///
 /// With base knots only, the sums of the curve are sums over the knots with fixed weights.
 #[derive(Clone, Debug)]
-pub(super) struct Weights<const N: usize> {
-    pub(super) traction: Lane<N>,
-    pub(super) energy: Lane<N>,
-    pub(super) energy_below: Lane<N>,
+pub(super) struct Weights {
+    pub(super) traction: Lane<WIDTH>,
+    pub(super) energy: Lane<WIDTH>,
+    pub(super) energy_below: Lane<WIDTH>,
 }
 
 /// Equal parts of 0 <= r < 1 in which the search for a base knot starts.
@@ -57,8 +61,8 @@ const BUCKETS: usize = 64;
 #[derive(Clone, Debug)]
 pub struct Grid<const N: usize> {
     pub(super) nodes: Vec<Node>,
-    pub(super) lanes: Vec<Lanes<N>>,
-    pub(super) weights: Vec<Weights<N>>,
+    pub(super) lanes: Vec<Lanes>,
+    pub(super) weights: Vec<Weights>,
     /// How many knots lie at or below the start of each bucket of r.
     start: [u8; BUCKETS],
     pub(super) initial_slope: f64,
@@ -95,11 +99,11 @@ impl<const N: usize> Grid<N> {
                 }
             })
             .collect();
-        let lanes = (0..count.div_ceil(N))
+        let lanes = (0..count.div_ceil(WIDTH))
             .map(|chunk| {
                 let column = |value: &dyn Fn(usize, &Node) -> f64, beyond| {
                     Lane(from_fn(|lane| {
-                        let k = chunk * N + lane;
+                        let k = chunk * WIDTH + lane;
                         nodes.get(k).map_or(beyond, |node| value(k, node))
                     }))
                 };
@@ -109,17 +113,26 @@ impl<const N: usize> Grid<N> {
                     r: column(&|_, node| node.r, 2.0),
                     outside: column(&|_, node| node.outside, f64::INFINITY),
                     limit2: column(&|_, node| node.r * node.r * (1.0 + ROUNDING), 1.0),
+                    bit: column(&|k, _| f64::from(1u32 << (k % 32)), 0.0),
                     loss: column(&|k, node| secant_above(k) - node.loss_secant, 0.0),
                     turn: column(&|_, node| node.weight / (node.r * node.r), 0.0),
                 }
             })
             .collect();
-        let weights = nodes.iter().map(|node| Weights {
-            traction: Lane::all(node.weight),
-            energy: Lane::all(node.energy),
-            energy_below: Lane::all(node.energy_below),
-        });
-        let weights = weights.collect();
+        let weights = (0..(count * N).div_ceil(WIDTH))
+            .map(|chunk| {
+                let column = |value: fn(&Node) -> f64| {
+                    Lane(from_fn(|lane| {
+                        nodes.get((chunk * WIDTH + lane) / N).map_or(0.0, value)
+                    }))
+                };
+                Weights {
+                    traction: column(|node| node.weight),
+                    energy: column(|node| node.energy),
+                    energy_below: column(|node| node.energy_below),
+                }
+            })
+            .collect();
         let start = from_fn(|bucket| {
             let r = bucket as f64 / BUCKETS as f64;
             nodes.partition_point(|node| node.r <= r) as u8
@@ -138,24 +151,38 @@ impl<const N: usize> Grid<N> {
         &self.nodes
     }
 
-    /// Whether these deflections of the base knots are within their slip limits, to rounding.
+    /// Base knot k with the deflection e.
+    #[inline(always)]
+    pub(super) fn knot(&self, k: usize, e: Vector<N>) -> Knot<N> {
+        let node = &self.nodes[k];
+        Knot::new(node.r, e, &node.values, k, false)
+    }
+
+    /// Knot 0.
+    #[inline(always)]
+    pub(super) fn origin(&self) -> Knot<N> {
+        let values = Values {
+            slope: self.initial_slope,
+            ..Values::default()
+        };
+        Knot::new(0.0, Vector::zeros(), &values, 0, false)
+    }
+
+    /// Whether these deflections of the base knots, filled up to whole lanes, are within their slip limits, to rounding.
     #[inline(always)]
     pub(super) fn holds(&self, base: &[[f64; N]]) -> bool {
-        let (chunks, rest) = base.as_chunks::<N>();
+        if N == 1 {
+            return base[0][0].abs() <= 1.0;
+        }
         let mut within = Lane::ZERO;
-        for (lanes, chunk) in self.lanes.iter().zip(chunks) {
+        for (lanes, chunk) in self.lanes.iter().zip(base.as_chunks::<WIDTH>().0) {
             let length2 = (0..N).fold(Lane::ZERO, |sum, i| {
                 let e = Lane(from_fn(|lane| chunk[lane][i]));
                 sum + e * e
             });
             within = within + length2.at_most(lanes.limit2).number();
         }
-        let mut count = within.sum();
-        for (lanes, e) in self.lanes[chunks.len()..].iter().zip(rest) {
-            let length2: f64 = e.iter().map(|e| e * e).sum();
-            count += f64::from(u8::from(length2 <= lanes.limit2.0[0]));
-        }
-        count == base.len() as f64
+        within.sum() == base.len() as f64
     }
 
     /// The base knot next above r; in one direction there is only one.
@@ -205,11 +232,4 @@ impl Secants {
             energy_end: (above.f - mean) * inverse_width,
         }
     }
-}
-
-/// Squared length from which a trial deflection is outside the slip limit r.
-#[inline]
-pub(super) fn outside(r: f64) -> f64 {
-    let limit = (r - SAME).max(0.0);
-    limit * limit
 }

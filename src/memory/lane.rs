@@ -51,16 +51,6 @@ impl<const N: usize> Lane<N> {
     }
 
     #[inline(always)]
-    pub(super) fn abs(self) -> Self {
-        Lane(self.0.map(f64::abs))
-    }
-
-    #[inline(always)]
-    pub(super) fn largest(self) -> f64 {
-        self.0[1..].iter().fold(self.0[0], |a, b| a.max(*b))
-    }
-
-    #[inline(always)]
     pub(super) fn sum(self) -> f64 {
         self.0.iter().sum()
     }

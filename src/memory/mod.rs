@@ -14,21 +14,26 @@
 //! A slip increment d moves every element by d; those beyond their limit slip (radial return). On a straight
 //! path that is exact to rounding, for any number of reversals that the floating knots can hold.
 //!
-//! Nearly always the elements slip from the weakest up to one front and stick above it: `one_front` is the step for
-//! that, in one direction and in two, and `general` the step for everything else.
+//! `step` is the increment, for one direction and for two; `base` moves the base grid, `chain` holds the floating knots
+//! that are left, `room` chooses what to drop when they do not fit.
 
-mod general;
+mod base;
+mod chain;
 mod grid;
+mod knot;
 mod lane;
-mod one_front;
-mod segment;
+mod room;
+mod step;
 
 pub use grid::{Grid, Node};
 
 use crate::backbone::Backbone;
 use crate::state::{Contact, MAX_BASE, MAX_FLOATING};
 use arrayvec::ArrayVec;
+use base::WIDTH;
+use knot::Knot;
 use nalgebra::{SMatrix, SVector};
+use step::Step;
 
 /// A vector in the tangential plane: N = 1 or 2 directions.
 pub type Vector<const N: usize> = SVector<f64, N>;
@@ -39,6 +44,8 @@ pub type Matrix<const N: usize> = SMatrix<f64, N, N>;
 const SAME: f64 = 1e-14;
 /// Rounding leaves this much of |e|^2 beyond a slip limit; only what exceeds it is worth a projection.
 pub const ROUNDING: f64 = 1e-13;
+/// Room for what a full state holds and every front that one increment can make.
+const MOST_KNOTS: usize = 2 * MAX_FLOATING + MAX_BASE;
 /// A floating knot whose removal changes the traction by less than this is not needed.
 const NEGLIGIBLE: f64 = 1e-14;
 /// A segment whose slope agrees with the yield boundary's to this lies along it.
@@ -61,6 +68,24 @@ pub fn onto_limit<const N: usize>(r: f64, e: &Vector<N>) -> Vector<N> {
     e * (r / e.norm())
 }
 
+/// Squared length from which a trial deflection is outside the slip limit r.
+#[inline(always)]
+fn outside(r: f64) -> f64 {
+    let limit = (r - SAME).max(0.0);
+    limit * limit
+}
+
+/// Whether a trial deflection is outside the slip limit r, or at it, and on the way out.
+#[inline(always)]
+fn is_outside<const N: usize>(r: f64, e: &Vector<N>, d: &Vector<N>) -> bool {
+    let outside = if N == 1 {
+        e[0].abs() >= r - SAME
+    } else {
+        e.norm_squared() >= outside(r)
+    };
+    outside & (d.dot(e) > 0.0)
+}
+
 /// A floating knot.
 #[derive(Clone, Copy, Debug)]
 pub struct Floating<const N: usize> {
@@ -75,7 +100,8 @@ pub struct Floating<const N: usize> {
 /// A memory curve: the deflections of the base grid, and the floating knots between them.
 #[derive(Clone, Debug, Default)]
 pub struct Curve<const N: usize> {
-    base: ArrayVec<[f64; N], MAX_BASE>,
+    /// Knot 0, which has no deflection, the base knots, and zeros up to whole lanes.
+    base: ArrayVec<[f64; N], { 1 + MAX_BASE }>,
     floating: ArrayVec<Floating<N>, MAX_FLOATING>,
 }
 
@@ -108,9 +134,16 @@ impl<const N: usize> Curve<N> {
         }
     }
 
-    /// Deflections of the base knots, ascending in r.
+    /// A virgin curve with `count` base knots.
+    pub fn virgin(count: usize) -> Self {
+        let mut curve = Self::new();
+        curve.base.extend((0..=count).map(|_| [0.0; N]));
+        curve
+    }
+
+    /// Deflections of the base knots, ascending in r (and zeros after them).
     pub fn base(&self) -> &[[f64; N]] {
-        &self.base
+        &self.base[1..]
     }
 
     /// The floating knots, ascending in r.
@@ -122,12 +155,20 @@ impl<const N: usize> Curve<N> {
     #[inline(always)]
     pub fn set_base(&mut self, grid: &Grid<N>, base: &[[f64; N]]) -> bool {
         self.base.clear();
-        self.base.try_extend_from_slice(base).is_ok() && grid.holds(base)
+        self.base.push([0.0; N]);
+        if self.base.try_extend_from_slice(base).is_err() {
+            return false;
+        }
+        // In one direction there is one, and it is treated alone.
+        while N > 1 && self.base.len() % WIDTH != 1 {
+            self.base.push([0.0; N]);
+        }
+        grid.holds(&self.base[1..])
     }
 
     /// Sets base knot k (from 0).
     pub fn set_base_knot(&mut self, k: usize, e: Vector<N>) {
-        self.base[k] = e.into();
+        self.base[1 + k] = e.into();
     }
 
     /// Adds the next floating knot, which lies below base knot `above` (from 0).
@@ -144,29 +185,70 @@ impl<const N: usize> Curve<N> {
 
     /// All slip elements at their limit in one direction (a unit vector).
     pub fn saturate(&mut self, direction: &Vector<N>, nodes: &[Node]) {
-        for (e, node) in self.base.iter_mut().zip(nodes) {
+        for (e, node) in self.base[1..].iter_mut().zip(nodes) {
             *e = (direction * node.r).into();
         }
     }
 
-    /// Moves the curve by the slip increment `d` after scaling it by `scale` (pressure rule); `next`, empty, gets
-    /// the curve at the end, with at most `room` floating knots.
-    #[inline]
+    /// Moves the curve by the slip increment `d` after scaling it by `scale` (pressure rule); `end`, empty, gets the
+    /// curve at the end, with at most `room` floating knots. This curve is used up.
+    #[inline(always)]
     pub fn advance<B: Backbone>(
-        &self,
+        &mut self,
         backbone: &B,
         grid: &Grid<N>,
         d: &Vector<N>,
         scale: f64,
         room: usize,
-        next: &mut Curve<N>,
+        end: &mut Curve<N>,
     ) -> Increment<N> {
-        // A full array must give way when slip turns.
-        if self.floating.len() < room
-            && let Some(increment) = self.advance_one_front(backbone, grid, d, scale, next)
-        {
-            return increment;
+        let scaled = scale != 1.0;
+        if scaled {
+            self.scale(scale);
         }
-        self.advance_any(backbone, grid, d, scale, room, next)
+        let moves = d.norm_squared() >= NO_SLIP;
+        let d = if moves { *d } else { Vector::zeros() };
+        let step = Step {
+            backbone,
+            grid,
+            start: self,
+            d: &d,
+            moves,
+            base_slips: 0,
+            floating_slips: 0,
+        };
+        step.run(scaled, room, end)
+    }
+
+    fn scale(&mut self, scale: f64) {
+        for e in &mut self.base {
+            *e = (Vector::from(*e) * scale).into();
+        }
+        for knot in &mut self.floating {
+            knot.e *= scale;
+        }
+    }
+
+    /// Base knot number `count` as it is, 0 for the origin.
+    #[inline(always)]
+    fn settled(&self, grid: &Grid<N>, count: usize) -> Knot<N> {
+        match count.checked_sub(1) {
+            Some(k) => grid.knot(k, self.base[count].into()),
+            None => grid.origin(),
+        }
+    }
+
+    /// The knots next to a floating one: `floating` lie between the base knots of this curve.
+    #[inline(always)]
+    fn neighbours(&self, floating: &[Knot<N>], index: usize, grid: &Grid<N>) -> (Knot<N>, Knot<N>) {
+        let k = floating[index].above as usize;
+        let beside =
+            |other: Option<&Knot<N>>| other.filter(|other| other.above as usize == k).copied();
+        let below = beside(index.checked_sub(1).map(|before| &floating[before]));
+        let above = beside(floating.get(index + 1));
+        (
+            below.unwrap_or_else(|| self.settled(grid, k)),
+            above.unwrap_or_else(|| self.settled(grid, k + 1)),
+        )
     }
 }

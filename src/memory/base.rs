@@ -1,0 +1,157 @@
+//! The base grid in an increment: all its knots move, those beyond their limit are brought back.
+//!
+//! Knots are treated some at a time, with fixed weights: the sums here are those of a
+//! curve without floating knots. The segments that fronts and floating knots divide are put right afterwards.
+
+use super::grid::{Grid, Lanes};
+use super::lane::Lane;
+use super::{Curve, Matrix, Vector, is_outside, length};
+use std::array::from_fn;
+
+/// What the base grid alone gives.
+pub(super) struct Moved<const N: usize> {
+    /// Bit k: base knot k slips.
+    pub(super) slips: u64,
+    /// Energy dissipated by the knots that slip; the segment below the first one is not in it.
+    pub(super) dissipated: f64,
+    /// Knots that slip turn on their limit: their part of the tangent.
+    pub(super) turn: Matrix<N>,
+}
+
+impl<const N: usize> Curve<N> {
+    /// Moves the base knots by `d`; `end`, empty, gets them.
+    #[inline(always)]
+    pub(super) fn move_base(&self, grid: &Grid<N>, d: &Vector<N>, end: &mut Curve<N>) -> Moved<N> {
+        if N == 1 {
+            return self.move_top(grid, d, end);
+        }
+        let mut sums = Sums::new();
+        let mut slips = 0;
+        // It has room for as many.
+        let _ = end.base.try_extend_from_slice(&self.base);
+        let knots = end.base[1..].as_chunks_mut::<WIDTH>().0;
+        let blocks = knots
+            .chunks_mut(BLOCK / WIDTH)
+            .zip(grid.lanes.chunks(BLOCK / WIDTH));
+        for (block, (knots, lanes)) in blocks.enumerate() {
+            sums.slips = Lane::ZERO;
+            for (knots, lanes) in knots.iter_mut().zip(lanes) {
+                sums.add(lanes, knots, d);
+            }
+            slips |= u64::from(sums.slips.sum() as u32) << (block * BLOCK);
+        }
+        Moved {
+            slips,
+            dissipated: sums.dissipated.sum(),
+            turn: sums.turn(),
+        }
+    }
+
+    /// The same in one direction, where the only base knot is r = 1 and cannot turn.
+    #[inline(always)]
+    fn move_top(&self, grid: &Grid<N>, d: &Vector<N>, end: &mut Curve<N>) -> Moved<N> {
+        let node = &grid.nodes[0];
+        let e = Vector::from(self.base[1]) + d;
+        let slips = is_outside(node.r, &e, d);
+        let limited = if slips {
+            e.map(|e| node.r.copysign(e))
+        } else {
+            e
+        };
+        end.base.push([0.0; N]);
+        end.base.push(limited.into());
+        Moved {
+            slips: u64::from(slips),
+            dissipated: length(&(e - limited)) * (1.0 - node.loss_secant),
+            turn: Matrix::zeros(),
+        }
+    }
+
+    /// Traction and stored energy of the base knots alone.
+    #[inline(always)]
+    pub(super) fn base_sums(&self, grid: &Grid<N>) -> (Vector<N>, f64) {
+        if N == 1 {
+            let (e, node) = (Vector::from(self.base[1]), &grid.nodes[0]);
+            return (e * node.weight, e.norm_squared() * node.energy);
+        }
+        let numbers = self.base.as_flattened();
+        let above = numbers[N..].as_chunks::<WIDTH>().0;
+        let below = numbers.as_chunks::<WIDTH>().0;
+        let (mut traction, mut stored) = (Lane::ZERO, Lane::ZERO);
+        for ((weights, e), below) in grid.weights.iter().zip(above).zip(below) {
+            let (e, below) = (Lane(*e), Lane(*below));
+            traction = traction + e * weights.traction;
+            stored = stored + e * (e * weights.energy + below * weights.energy_below);
+        }
+        let traction = Vector::from_fn(|i, _| traction.0[i..].iter().step_by(N).sum());
+        (traction, stored.sum())
+    }
+}
+
+/// Knots that are treated side by side.
+pub(super) const WIDTH: usize = 2;
+
+/// Knots whose bits one sum holds.
+const BLOCK: usize = 32;
+
+/// Sums over the base knots, lane by lane.
+struct Sums<const N: usize> {
+    /// Sum of the bits of the knots that slip.
+    slips: Lane<WIDTH>,
+    dissipated: Lane<WIDTH>,
+    /// Weight times gain times n n^T: lower triangle.
+    turn: [[Lane<WIDTH>; N]; N],
+}
+
+impl<const N: usize> Sums<N> {
+    fn new() -> Self {
+        Sums {
+            slips: Lane::ZERO,
+            dissipated: Lane::ZERO,
+            turn: [[Lane::ZERO; N]; N],
+        }
+    }
+
+    /// Moves some knots and brings those that slip back onto their limits.
+    #[inline(always)]
+    fn add(&mut self, lanes: &Lanes, knots: &mut [[f64; N]; WIDTH], d: &Vector<N>) {
+        let mut e: [Lane<WIDTH>; N] =
+            from_fn(|i| Lane(from_fn(|lane| knots[lane][i])) + Lane::all(d[i]));
+        let length2 = dot(&e, &e);
+        let slips = length2.reaches(lanes.outside, dot(&e, &from_fn(|i| Lane::all(d[i]))));
+        if slips.any() {
+            let one = slips.number();
+            self.slips = self.slips + one * lanes.bit;
+            let length = length2.sqrt();
+            let gain = slips.ratio_or_one(lanes.r, length);
+            let excess = ((length - lanes.r) * one).max(Lane::ZERO);
+            self.dissipated = self.dissipated + excess * lanes.loss;
+            for e in &mut e {
+                *e = *e * gain;
+            }
+            let turn = lanes.turn * gain * one;
+            for i in 0..N {
+                for j in 0..i + 1 {
+                    self.turn[i][j] = self.turn[i][j] + turn * (e[i] * e[j]);
+                }
+            }
+        }
+        *knots = from_fn(|lane| from_fn(|i| e[i].0[lane]));
+    }
+
+    /// Weight times gain times (I - n n^T).
+    #[inline(always)]
+    fn turn(&self) -> Matrix<N> {
+        let turn = Matrix::<N>::from_fn(|i, j| self.turn[i.max(j)][i.min(j)].sum());
+        Matrix::identity() * turn.trace() - turn
+    }
+}
+
+#[inline(always)]
+fn dot<const N: usize>(a: &[Lane<WIDTH>; N], b: &[Lane<WIDTH>; N]) -> Lane<WIDTH> {
+    let mut sum = a[0] * b[0];
+    for i in 1..N {
+        sum = sum + a[i] * b[i];
+    }
+    sum
+}

@@ -1,0 +1,184 @@
+//! Knots of the curve, the segments between them, and the fronts of slip.
+
+use super::{ALONG_BOUNDARY, SHORT, Vector};
+use crate::backbone::Values;
+
+/// A knot of the curve at the end of a step, or at its start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Knot<const N: usize> {
+    /// Slip limit.
+    pub(super) r: f64,
+    /// Elastic deflection.
+    pub(super) e: Vector<N>,
+    /// The backbone at r, its slope and its integral.
+    pub(super) f: f64,
+    pub(super) slope: f64,
+    pub(super) integral: f64,
+    /// The base knot next above (for a floating knot), or the knot itself.
+    pub(super) above: u32,
+    pub(super) is_front: bool,
+}
+
+impl<const N: usize> Knot<N> {
+    #[inline(always)]
+    pub(super) fn new(r: f64, e: Vector<N>, values: &Values, above: usize, is_front: bool) -> Self {
+        Knot {
+            r,
+            e,
+            f: values.f,
+            slope: values.slope,
+            integral: values.integral,
+            above: above as u32,
+            is_front,
+        }
+    }
+}
+
+/// A knot of the trial curve.
+#[derive(Clone, Copy)]
+pub(super) struct Trial<const N: usize> {
+    pub(super) r: f64,
+    pub(super) e: Vector<N>,
+    /// G(r)
+    pub(super) loss: f64,
+    pub(super) slips: bool,
+    /// How far it is beyond its limit.
+    pub(super) excess: f64,
+}
+
+impl<const N: usize> Trial<N> {
+    #[inline(always)]
+    pub(super) fn new(r: f64, e: Vector<N>, loss: f64, slips: bool) -> Self {
+        let excess = if slips {
+            (super::length(&e) - r).max(0.0)
+        } else {
+            0.0
+        };
+        Trial {
+            r,
+            e,
+            loss,
+            slips,
+            excess,
+        }
+    }
+
+    /// Energy dissipated between two knots: the integral of -f'' r times the excess, by parts.
+    #[inline(always)]
+    pub(super) fn dissipated(&self, above: &Self) -> f64 {
+        let width = above.r - self.r;
+        if width > 0.0 {
+            (self.excess - above.excess) * (above.loss - self.loss) / width
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Where slipping elements and sticking ones meet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Front<const N: usize> {
+    pub(super) r: f64,
+    /// Direction of the deflection.
+    pub(super) n: Vector<N>,
+    /// The elements above it stick (and those below slip), or the other way round.
+    pub(super) stick_above: bool,
+    /// 1 / (1 - n.m), how fast the front moves with the increment.
+    pub(super) gain: f64,
+    /// Slope m of the trial curve.
+    pub(super) inner: Vector<N>,
+}
+
+/// The front on the trial segment from a slipping knot to a sticking one, or back: where |trial| = r. None where the
+/// segment lies along the yield boundary and the front moves at any speed.
+#[inline(always)]
+pub(super) fn front<const N: usize>(
+    below: &Trial<N>,
+    above: &Trial<N>,
+    d: &Vector<N>,
+) -> Option<Front<N>> {
+    let width = above.r - below.r;
+    let rise = above.e - below.e;
+    // s from 0 to 1 along the segment, the direction of the deflection there, and width times (1 - n.m).
+    let (s, n, closing) = if N == 1 {
+        // What slips is deflected along the increment, and the excess falls linearly.
+        let n = d.map(|d| 1f64.copysign(d));
+        let excess = (n.dot(&below.e) - below.r).max(0.0);
+        let closing = excess + (above.r - n.dot(&above.e));
+        (excess / closing, n, closing)
+    } else {
+        // |trial|^2 - r^2 = a s^2 + 2 b s + c, and its root where the sign changes the right way, without cancellation.
+        let a = rise.norm_squared() - width * width;
+        let b = below.e.dot(&rise) - below.r * width;
+        let c = below.e.norm_squared() - below.r * below.r;
+        let c = if below.slips { c.max(0.0) } else { c.min(0.0) };
+        let root = (b * b - a * c).max(0.0).sqrt();
+        let s = match (below.slips, b > 0.0) {
+            (true, true) => -(b + root) / a,
+            (true, false) if c > 0.0 => c / (root - b),
+            (true, false) => 0.0,
+            (false, true) => -c / (b + root),
+            (false, false) => (root - b) / a,
+        };
+        // Rounding alone leads out of the segment, or to no number at all where it lies along the boundary.
+        let s = if s < 1.0 { s.max(0.0) } else { 1.0 };
+        let trial = below.e + rise * s;
+        let n = trial / trial.norm();
+        (s, n, width - n.dot(&rise))
+    };
+    (closing.abs() > ALONG_BOUNDARY * width).then(|| Front {
+        r: below.r + width * s,
+        n,
+        stick_above: below.slips,
+        gain: width / closing,
+        inner: rise / width,
+    })
+}
+
+/// A segment between two knots.
+#[derive(Clone, Copy)]
+pub(super) struct Segment<const N: usize> {
+    /// Secant of the backbone.
+    pub(super) secant: f64,
+    /// Slope of the deflection.
+    pub(super) slope: Vector<N>,
+}
+
+impl<const N: usize> Segment<N> {
+    #[inline(always)]
+    pub(super) fn between(a: &Knot<N>, b: &Knot<N>) -> Self {
+        let width = b.r - a.r;
+        let inverse_width = 1.0 / width;
+        let mut secant = (b.f - a.f) * inverse_width;
+        // At r = 1 the slope may jump or be steep: there the secant itself is better.
+        if width < SHORT * b.r && b.r < 1.0 {
+            secant = 0.5 * (a.slope + b.slope);
+        }
+        Segment {
+            secant,
+            slope: (b.e - a.e) * inverse_width,
+        }
+    }
+
+    /// Above r = 1 there is nothing.
+    pub(super) fn beyond() -> Self {
+        Segment {
+            secant: 0.0,
+            slope: Vector::zeros(),
+        }
+    }
+}
+
+/// How much the traction changes when a floating knot is taken out, as the quotient of two numbers: its distance from
+/// the chord of its neighbours, times the kink of the backbone there.
+#[inline(always)]
+pub(super) fn weight<const N: usize>(
+    below: &Knot<N>,
+    knot: &Knot<N>,
+    above: &Knot<N>,
+) -> (f64, f64) {
+    let (low, high) = (knot.r - below.r, above.r - knot.r);
+    let off = (knot.e - below.e) * high - (above.e - knot.e) * low;
+    let kink = (knot.f - below.f) * high - (above.f - knot.f) * low;
+    (super::length(&off) * kink.abs(), low * high * (low + high))
+}

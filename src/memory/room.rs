@@ -1,0 +1,101 @@
+//! A full state array: which floating knot must go.
+
+use super::chain::Chain;
+use super::grid::Grid;
+use super::knot::{Knot, weight};
+use super::step::Step;
+use super::{Curve, NEGLIGIBLE, Vector, is_outside};
+use crate::backbone::Backbone;
+use crate::state::MAX_FLOATING;
+use arrayvec::ArrayVec;
+
+impl<const N: usize, B: Backbone> Step<'_, N, B> {
+    /// Makes room for a turn of the slip, whatever the length of this increment: a long one that would wipe out a
+    /// knot and a short one that would not have to go on from the same curve.
+    #[cold]
+    pub(super) fn make_room(&mut self, room: usize, full: &mut bool) {
+        loop {
+            let base = self.grid.nodes.iter().zip(self.start.base()).enumerate();
+            self.base_slips = base.fold(0, |bits, (k, (node, e))| {
+                bits | u64::from(is_outside(node.r, &Vector::from(*e), self.d)) << k
+            });
+            let floating = self.start.floating.iter().enumerate();
+            self.floating_slips = floating.fold(0, |bits, (index, knot)| {
+                bits | u64::from(is_outside(knot.r, &knot.e, self.d)) << index
+            });
+            self.settle_order();
+            if self.needed() <= room || !self.drop_least(full) {
+                return;
+            }
+        }
+    }
+
+    /// How many floating knots stay, and how many fronts come.
+    fn needed(&self) -> usize {
+        let mut floating = self.start.floating.iter().enumerate().peekable();
+        let (mut needed, mut slips) = (0, true);
+        for k in 0..self.grid.nodes.len() {
+            while let Some((index, _)) = floating.next_if(|(_, knot)| knot.above == k) {
+                let here = self.floating_slips >> index & 1 == 1;
+                needed += usize::from(!here) + usize::from(here != slips);
+                slips = here;
+            }
+            let here = self.base_slips >> k & 1 == 1;
+            needed += usize::from(here != slips);
+            slips = here;
+        }
+        needed
+    }
+
+    /// Drops the floating knot that matters least among those that stick; false if there is none.
+    ///
+    /// On the curve before the fronts stand on it: the choice then does not depend on how far the increment goes. A
+    /// branch in one step and in a thousand drop the same reversal and travel on the same curve.
+    #[cold]
+    pub(super) fn drop_least(&mut self, full: &mut bool) -> bool {
+        let floating = self.start.floating.iter();
+        let knots: ArrayVec<_, MAX_FLOATING> = floating
+            .map(|knot| Knot::new(knot.r, knot.e, &self.backbone.at(knot.r), knot.above, false))
+            .collect();
+        let sticks = |index: usize| self.floating_slips >> index & 1 == 0;
+        let least = self.start.least(&knots, self.grid, sticks);
+        if let Some((index, weight)) = least {
+            self.start.floating.remove(index);
+            *full |= weight >= NEGLIGIBLE;
+        }
+        least.is_some()
+    }
+}
+
+impl<const N: usize> Chain<N> {
+    /// Drops the knots that matter least until no more than `room` are left.
+    #[cold]
+    pub(super) fn drop_to(&mut self, room: usize, grid: &Grid<N>, end: &Curve<N>, full: &mut bool) {
+        while self.knots.len() > room
+            && let Some((index, weight)) = end.least(&self.knots, grid, |_| true)
+        {
+            self.drop(index);
+            *full |= weight >= NEGLIGIBLE;
+        }
+    }
+}
+
+impl<const N: usize> Curve<N> {
+    /// The floating knot (its index) whose removal changes the traction least, among those that may go, and that
+    /// change.
+    fn least(
+        &self,
+        floating: &[Knot<N>],
+        grid: &Grid<N>,
+        may_go: impl Fn(usize) -> bool,
+    ) -> Option<(usize, f64)> {
+        let weights = (0..floating.len())
+            .filter(|index| may_go(*index))
+            .map(|index| {
+                let (below, above) = self.neighbours(floating, index, grid);
+                let (loss, scale) = weight(&below, &floating[index], &above);
+                (index, loss / scale)
+            });
+        weights.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
