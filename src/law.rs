@@ -250,6 +250,8 @@ impl<const N: usize> Law<N> {
             // A fresh start: nothing to remember from before.
             memory.forget();
             (1.0, 0.0)
+        } else if pressure == old.pressure {
+            (1.0, 0.0)
         } else if unloaded {
             // New stiffness arrives unloaded: deflections shrink, tractions stay.
             let part = old.pressure / pressure;

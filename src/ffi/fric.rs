@@ -22,6 +22,11 @@ const STICKING: i32 = 1;
 /// Relative motion flag: open before, frictionless in this increment.
 const OPEN: i32 = 2;
 
+/// What must be there to be written, in the order of `check_outputs`.
+const OUTPUTS: [&str; 8] = [
+    "STATEV", "TAU", "DDTDDG", "DDTDDP", "DSLIP", "SED", "SFD", "PNEWDT",
+];
+
 /// The arguments that are used, as the host passes them.
 #[derive(Clone, Copy)]
 struct Arguments {
@@ -78,6 +83,7 @@ impl Arguments {
 
     /// # Safety
     /// As [`Arguments::run`], NFDIR = N.
+    #[inline(always)]
     unsafe fn update<const N: usize>(&self, laws: &mut Laws<N>) -> Result<(), Error> {
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
@@ -164,25 +170,27 @@ impl Arguments {
         }
     }
 
+    #[inline(always)]
     fn check_outputs(&self) -> Result<(), Error> {
         let outputs = [
-            ("STATEV", self.statev),
-            ("TAU", self.tau),
-            ("DDTDDG", self.ddtddg),
-            ("DDTDDP", self.ddtddp),
-            ("DSLIP", self.dslip),
-            ("SED", self.sed),
-            ("SFD", self.sfd),
-            ("PNEWDT", self.pnewdt),
+            self.statev,
+            self.tau,
+            self.ddtddg,
+            self.ddtddp,
+            self.dslip,
+            self.sed,
+            self.sfd,
+            self.pnewdt,
         ];
-        match outputs.iter().find(|(_, pointer)| pointer.is_null()) {
-            Some((name, _)) => Err(null(name)),
+        match outputs.iter().position(|pointer| pointer.is_null()) {
+            Some(missing) => Err(null(OUTPUTS[missing])),
             None => Ok(()),
         }
     }
 
     /// # Safety
     /// As [`Arguments::run`], NFDIR = N.
+    #[inline(always)]
     unsafe fn law<'a, const N: usize>(&self, laws: &'a mut Laws<N>) -> Result<&'a Law<N>, Error> {
         // SAFETY: PROPS has NPROPS entries by the host's word.
         unsafe {
@@ -197,6 +205,7 @@ impl Arguments {
     ///
     /// # Safety
     /// As [`Arguments::run`].
+    #[inline(always)]
     unsafe fn characteristic_length(&self) -> f64 {
         // SAFETY: null or readable.
         unsafe { read("CHRLNGTH", self.chrlngth) }.unwrap_or(0.0)
@@ -204,6 +213,7 @@ impl Arguments {
 
     /// # Safety
     /// As [`Arguments::run`]; the outputs have been checked to be there.
+    #[inline(always)]
     unsafe fn answer<const N: usize>(&self, response: &Response<N>) {
         // SAFETY: sizes as the host declares them.
         unsafe {

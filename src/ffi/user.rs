@@ -33,6 +33,7 @@ thread_local! {
 
 impl<const N: usize> Laws<N> {
     /// The law for these properties; bits are compared, so that nothing can be taken for something else.
+    #[inline(always)]
     pub(super) fn get(&mut self, props: &[f64], nstate: usize) -> Result<&Law<N>, Error> {
         let same = |kept: &Kept<N>| {
             kept.law.layout().nstate == nstate
@@ -74,6 +75,7 @@ pub(super) fn null(name: &str) -> Error {
 ///
 /// # Safety
 /// `pointer` is null or readable.
+#[inline(always)]
 pub(super) unsafe fn read<T: Copy>(name: &str, pointer: *const T) -> Result<T, Error> {
     if pointer.is_null() {
         return Err(null(name));
@@ -86,6 +88,7 @@ pub(super) unsafe fn read<T: Copy>(name: &str, pointer: *const T) -> Result<T, E
 ///
 /// # Safety
 /// `pointer` is null or readable.
+#[inline(always)]
 pub(super) unsafe fn count(name: &str, pointer: *const i32) -> Result<usize, Error> {
     // SAFETY: as the caller says.
     let value = unsafe { read(name, pointer)? };
@@ -97,6 +100,7 @@ pub(super) unsafe fn count(name: &str, pointer: *const i32) -> Result<usize, Err
 ///
 /// # Safety
 /// `pointer` is null or points to `len` numbers that nobody writes as long as the slice lives.
+#[inline(always)]
 pub(super) unsafe fn array<'a>(
     name: &str,
     pointer: *const c_double,
@@ -113,6 +117,7 @@ pub(super) unsafe fn array<'a>(
 ///
 /// # Safety
 /// The pointers are null or what their names say, and PROPS is not written during the call.
+#[inline(always)]
 pub(super) unsafe fn properties<'a>(
     props: *const c_double,
     nprops: *const i32,
@@ -125,6 +130,7 @@ pub(super) unsafe fn properties<'a>(
 ///
 /// # Safety
 /// `pointer` is null or points to N readable numbers.
+#[inline(always)]
 pub(super) unsafe fn vector<const N: usize>(
     name: &str,
     pointer: *const c_double,
@@ -164,6 +170,7 @@ pub(super) unsafe fn state<'a>(
 ///
 /// # Safety
 /// `pointer` is null or has room.
+#[inline(always)]
 pub(super) unsafe fn write(pointer: *mut c_double, values: &[f64]) {
     if !pointer.is_null() {
         // SAFETY: not null, room by the caller's word; `values` is ours.

@@ -83,9 +83,9 @@ pub(super) struct Front<const N: usize> {
     pub(super) n: Vector<N>,
     /// The elements above it stick (and those below slip), or the other way round.
     pub(super) stick_above: bool,
-    /// 1 / (1 - n.m), how fast the front moves with the increment.
+    /// 1 / (1 - n.m), how fast the front moves with the increment (two directions).
     pub(super) gain: f64,
-    /// Slope m of the trial curve.
+    /// Slope m of the trial curve (two directions).
     pub(super) inner: Vector<N>,
 }
 
@@ -126,12 +126,18 @@ pub(super) fn front<const N: usize>(
         let n = trial / trial.norm();
         (s, n, width - n.dot(&rise))
     };
-    (closing.abs() > ALONG_BOUNDARY * width).then(|| Front {
+    // In one direction nobody asks how fast it moves.
+    let (gain, inner) = if N == 1 {
+        (1.0, n)
+    } else {
+        (width / closing, rise / width)
+    };
+    (closing.abs() > ALONG_BOUNDARY * width).then_some(Front {
         r: below.r + width * s,
         n,
         stick_above: below.slips,
-        gain: width / closing,
-        inner: rise / width,
+        gain,
+        inner,
     })
 }
 

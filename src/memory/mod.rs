@@ -142,11 +142,13 @@ impl<const N: usize> Curve<N> {
     }
 
     /// Deflections of the base knots, ascending in r (and zeros after them).
+    #[inline]
     pub fn base(&self) -> &[[f64; N]] {
         &self.base[1..]
     }
 
     /// The floating knots, ascending in r.
+    #[inline]
     pub fn floating(&self) -> &[Floating<N>] {
         &self.floating
     }
