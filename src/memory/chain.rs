@@ -147,15 +147,14 @@ impl<const N: usize> Chain<N> {
     /// Drops a knot for which there is no room.
     pub(super) fn drop(&mut self, index: usize) {
         let knot = self.knots.remove(index);
-        if knot.is_front {
-            let before = self.knots[..index]
-                .iter()
-                .filter(|knot| knot.is_front)
-                .count();
+        let before = self.knots[..index].iter().filter(|knot| knot.is_front);
+        if knot.is_front
+            && let Some(front) = self.fronts.pop_at(before.count())
+        {
             self.strays.push(Stray {
                 lost: Lost::Dropped,
                 k: knot.above as usize,
-                front: self.fronts.remove(before),
+                front,
             });
         }
     }
