@@ -6,6 +6,7 @@
 use super::grid::{Grid, Lanes};
 use super::lane::Lane;
 use super::{Curve, Matrix, Vector, is_outside, length};
+use crate::state::MAX_BASE;
 use std::array::from_fn;
 
 /// What the base grid alone gives.
@@ -29,13 +30,11 @@ impl<const N: usize> Curve<N> {
         let mut slips = 0;
         // It has room for as many.
         let _ = end.base.try_extend_from_slice(&self.base);
-        let knots = end.base[1..].as_chunks_mut::<WIDTH>().0;
-        let blocks = knots
-            .chunks_mut(BLOCK / WIDTH)
-            .zip(grid.lanes.chunks(BLOCK / WIDTH));
-        for (block, (knots, lanes)) in blocks.enumerate() {
+        let mut knots = end.base[1..].as_chunks_mut::<WIDTH>().0.iter_mut();
+        let (first, second) = grid.lanes.split_at(grid.lanes.len().min(BLOCK / WIDTH));
+        for (block, lanes) in [first, second].into_iter().enumerate() {
             sums.slips = Lane::ZERO;
-            for (knots, lanes) in knots.iter_mut().zip(lanes) {
+            for (lanes, knots) in lanes.iter().zip(&mut knots) {
                 sums.add(lanes, knots, d);
             }
             slips |= u64::from(sums.slips.sum() as u32) << (block * BLOCK);
@@ -91,8 +90,9 @@ impl<const N: usize> Curve<N> {
 /// Knots that are treated side by side.
 pub(super) const WIDTH: usize = 2;
 
-/// Knots whose bits one sum holds.
+/// Knots whose bits one sum holds exactly; two sums are enough for the largest grid.
 const BLOCK: usize = 32;
+const _: () = assert!(2 * BLOCK >= MAX_BASE);
 
 /// Sums over the base knots, lane by lane.
 struct Sums<const N: usize> {
@@ -122,9 +122,10 @@ impl<const N: usize> Sums<N> {
         if slips.any() {
             let one = slips.number();
             self.slips = self.slips + one * lanes.bit;
-            let length = length2.sqrt();
-            let gain = slips.ratio_or_one(lanes.r, length);
-            let excess = ((length - lanes.r) * one).max(Lane::ZERO);
+            // Of those that stick the limit itself, so that they stay what they are.
+            let length = slips.pick(length2.sqrt(), lanes.r);
+            let gain = lanes.r / length;
+            let excess = length.max(lanes.r) - lanes.r;
             self.dissipated = self.dissipated + excess * lanes.loss;
             for e in &mut e {
                 *e = *e * gain;

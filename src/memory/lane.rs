@@ -3,7 +3,7 @@
 //! Plain arithmetic, number by number and without branches: the form that compilers turn into vector instructions.
 
 use std::array::from_fn;
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 /// N numbers, one per knot or direction.
 #[derive(Clone, Copy, Debug)]
@@ -68,14 +68,9 @@ impl<const N: usize> Mask<N> {
         self.pick(Lane::ONE, Lane::ZERO)
     }
 
-    /// The quotient a / b where the condition holds, 1 elsewhere.
+    /// `a` where it holds, `b` elsewhere.
     #[inline(always)]
-    pub(super) fn ratio_or_one(self, a: Lane<N>, b: Lane<N>) -> Lane<N> {
-        self.pick(Lane(from_fn(|i| a.0[i] / b.0[i])), Lane::ONE)
-    }
-
-    #[inline(always)]
-    fn pick(self, a: Lane<N>, b: Lane<N>) -> Lane<N> {
+    pub(super) fn pick(self, a: Lane<N>, b: Lane<N>) -> Lane<N> {
         Lane(from_fn(|i| if self.0[i] { a.0[i] } else { b.0[i] }))
     }
 }
@@ -104,5 +99,14 @@ impl<const N: usize> Mul for Lane<N> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Lane(from_fn(|i| self.0[i] * other.0[i]))
+    }
+}
+
+impl<const N: usize> Div for Lane<N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Lane(from_fn(|i| self.0[i] / other.0[i]))
     }
 }
