@@ -9,20 +9,27 @@ LIBRARY := target/release/libmepc.so
 CC ?= cc
 FC := gfortran
 CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
-FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none
+FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none -ffpe-trap=zero,invalid
 XTASK := cargo xtask
 
 C_SOURCES := $(wildcard c_driver/*.c)
 FORTRAN_MODULES := include/mepc.f90 $(addprefix fortran_driver/, \
 	replay_text.f90 csv.f90 command_line.f90 friction_host.f90 friction_patch.f90)
 
+# Programs of one build directory are made one after the other.
+.NOTPARALLEL:
+
 .PHONY: help
 help: ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
 .PHONY: setup
-setup: ## install what is missing (gfortran and the like)
-	@scripts/setup.sh
+setup: ## install what the build needs and is missing (gfortran)
+	@scripts/setup.sh cc gfortran
+
+.PHONY: setup-checks
+setup-checks: ## the same for the checks (valgrind and the like)
+	@scripts/setup.sh cc c++ gfortran nm valgrind
 
 .PHONY: library
 library: ## build the shared and the static library
@@ -59,14 +66,15 @@ demo: build ## replay all cases through both drivers: table, CSV files and pictu
 	@echo "tables and pictures: build/demo"
 
 .PHONY: test
-test: build check ## everything is checked
+test: setup-checks build check ## everything is checked
 	cargo test --workspace --no-fail-fast
+	cargo test --test properties ten_million -- --nocapture
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
 	$(MAKE) memcheck
 	$(MAKE) abaqus
 
 .PHONY: check
-check: ## formatting, lints, and drift of generated files
+check: library ## formatting, lints, and drift of generated files
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
 	$(XTASK) header --check
@@ -98,7 +106,7 @@ build/librivals.so: benches/rivals.f90
 	$(FC) -O3 -march=native -fopenmp-simd -fPIC -shared -Jbuild/modules $^ -o $@
 
 .PHONY: abaqus
-abaqus: setup library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
+abaqus: setup-checks library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
 	scripts/abaqus.sh
 
 .PHONY: hosts

@@ -241,6 +241,7 @@ double *csv_column(const csv_table *table, const char *name) {
         const char *field = table->fields[row * table->columns + column];
         const char *problem = read_number(field, &values[row]);
         if (problem != NULL) {
+            free(values);
             fail("%s:%ld: column %s: '%s' %s", table->file, table->lines[row], name, field, problem);
         }
     }
@@ -251,8 +252,10 @@ double *csv_time(const csv_table *table) {
     double *time = csv_column(table, "time");
     for (size_t row = 1; row < table->rows; row++) {
         if (time[row] < time[row - 1]) {
+            const double later = time[row], earlier = time[row - 1];
+            free(time);
             fail("%s:%ld: column time: %g comes after %g, time must not decrease", table->file, table->lines[row],
-                 time[row], time[row - 1]);
+                 later, earlier);
         }
     }
     return time;

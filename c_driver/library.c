@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ABI_VERSION 1
 
 /* Stores the address of a symbol in a function pointer. POSIX gives both the same representation; ISO C has no cast from
  * the void pointer that dlsym returns, hence memcpy. */
@@ -53,8 +52,8 @@ library library_open(const char *path) {
     LOAD(friction);
     LOAD(friction_batch);
     int32_t version = lib.abi_version();
-    if (version != ABI_VERSION) {
-        fail("%s: has ABI version %d, this program is written for %d", path, (int)version, ABI_VERSION);
+    if (version != MEPC_ABI_VERSION) {
+        fail("%s: has ABI version %d, this program is written for %d", path, (int)version, MEPC_ABI_VERSION);
     }
     return lib;
 }

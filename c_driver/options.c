@@ -69,6 +69,10 @@ static void read_props(options *given, const char *list) {
         if (comma != NULL) {
             *comma = '\0';
         }
+        entry += strspn(entry, " ");
+        for (char *end = entry + strlen(entry); end > entry && end[-1] == ' ';) {
+            *--end = '\0';
+        }
         int number = (int)given->nprops + 1;
         if (number > MAX_PROPS) {
             fail_usage("--props: more than %d entries", MAX_PROPS);

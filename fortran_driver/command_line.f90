@@ -168,7 +168,7 @@ contains
             comma = index(list(start:), ",")
             if (comma == 0) comma = len(list) - start + 2
             if (size(props) == max_props) call fail_usage("--props: more than " // whole(max_props) // " entries")
-            call read_number(list(start:start + comma - 2), value, problem)
+            call read_number(trim(adjustl(list(start:start + comma - 2))), value, problem)
             if (problem /= "") then
                 call fail_usage("--props: entry " // whole(size(props) + 1) // ": '" // &
                     list(start:start + comma - 2) // "' " // problem)

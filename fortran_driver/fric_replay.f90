@@ -1,6 +1,7 @@
 !> fric_replay: replays a load history through the Abaqus-shaped routine `fric`, in the role of the FE program. See --help.
 program fric_replay
-    use, intrinsic :: iso_fortran_env, only: output_unit, int32, real64
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+    use, intrinsic :: iso_fortran_env, only: int32, real64
     use command_line, only: options, read_options
     use csv, only: csv_table, csv_read
     use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status
@@ -8,6 +9,25 @@ program fric_replay
     use mepc, only: mepc_state_size, mepc_last_error
     use replay_text, only: fail, number, whole
     implicit none
+
+    ! The runtime library does not tell of a full disk; the system does.
+    interface
+        integer(c_int) function c_creat(path, mode) bind(c, name="creat")
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int), value :: mode
+        end function
+        integer(c_size_t) function c_write(unit, text, length) bind(c, name="write")
+            import :: c_char, c_int, c_size_t
+            integer(c_int), value :: unit
+            character(kind=c_char), intent(in) :: text(*)
+            integer(c_size_t), value :: length
+        end function
+        integer(c_int) function c_close(unit) bind(c, name="close")
+            import :: c_int
+            integer(c_int), value :: unit
+        end function
+    end interface
 
     type(options) :: given
 
@@ -29,7 +49,8 @@ contains
         type(step_info) :: step
         real(real64), allocatable :: time(:), slip(:, :), pressure(:)
         real(real64) :: increment(2), tangent(2, 2), stored, dissipated, total
-        integer :: row, unit, n
+        integer :: row, n
+        integer(c_int) :: unit
 
         history = csv_read(given%history)
         allocate (time, source=history%time())
@@ -44,8 +65,8 @@ contains
         next = now
         total = 0
         unit = open_output(given)
-        write (unit, "(a)") "time" // names("slip", n) // ",pressure" // names("traction", n) // &
-            ",stored_energy,dissipated_energy,status"
+        call put(given, unit, "time" // names("slip", n) // ",pressure" // names("traction", n) // &
+            ",stored_energy,dissipated_energy,status")
         do row = 1, history%rows
             step = step_at(history, time, row)
             increment = slip(:, row)
@@ -54,10 +75,10 @@ contains
             call respond(model, step, now, increment, pressure(row), next, tangent, stored, dissipated)
             now = next ! the step is accepted
             total = total + dissipated
-            write (unit, "(a)") number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // &
-                numbers(now%tau(:n)) // numbers([stored, total]) // "," // whole(contact_status(now))
+            call put(given, unit, number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // &
+                numbers(now%tau(:n)) // numbers([stored, total]) // "," // whole(contact_status(now)))
         end do
-        if (allocated(given%output)) close (unit)
+        call close_output(given, unit)
     end subroutine
 
     !> Points that share a rigid tangential motion, with springs in series and in parallel.
@@ -70,7 +91,8 @@ contains
         real(real64), allocatable :: time(:)
         character(:), allocatable :: line
         logical :: turns
-        integer :: row, unit, n, iterations
+        integer :: row, n, iterations
+        integer(c_int) :: unit
 
         history = csv_read(given%history)
         allocate (time, source=history%time())
@@ -84,7 +106,7 @@ contains
         if (turns) line = line // ",rotation"
         line = line // names("slip", n) // names("force", n)
         if (turns) line = line // ",moment"
-        write (unit, "(a)") line // ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations"
+        call put(given, unit, line // ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations")
         do row = 1, history%rows
             step = step_at(history, time, row)
             call p%advance(motions(row), step, iterations)
@@ -92,9 +114,9 @@ contains
             if (turns) line = line // numbers([p%at%rotation])
             line = line // numbers(p%slip(:n)) // numbers(p%force(:n) + given%parallel * p%at%displacement(:n))
             if (turns) line = line // numbers([p%moment])
-            write (unit, "(a)") line // numbers([p%stored, p%dissipated]) // wholes(p%counts()) // "," // whole(iterations)
+            call put(given, unit, line // numbers([p%stored, p%dissipated]) // wholes(p%counts()) // "," // whole(iterations))
         end do
-        if (allocated(given%output)) close (unit)
+        call close_output(given, unit)
     end subroutine
 
     !> What the rows of a patch history prescribe; columns that are missing take their defaults.
@@ -170,13 +192,42 @@ contains
         end do
     end function
 
-    integer function open_output(given) result(unit)
+    integer(c_int) function open_output(given) result(unit)
         type(options), intent(in) :: given
-        character(256) :: message
-        integer :: status
-        unit = output_unit
+        integer(c_int), parameter :: standard_output = 1, for_all = int(o"666", c_int)
+        unit = standard_output
         if (.not. allocated(given%output)) return
-        open (newunit=unit, file=given%output, action="write", status="replace", iostat=status, iomsg=message)
-        if (status /= 0) call fail(given%output // ": " // trim(message))
+        unit = c_creat(given%output // c_null_char, for_all)
+        if (unit < 0) call fail(given%output // ": cannot be written")
+    end function
+
+    !> Writes a line.
+    subroutine put(given, unit, line)
+        type(options), intent(in) :: given
+        integer(c_int), intent(in) :: unit
+        character(*), intent(in) :: line
+        character(:), allocatable :: rest
+        integer(c_size_t) :: written
+
+        rest = line // new_line("a")
+        do while (len(rest) > 0)
+            written = c_write(unit, rest, len(rest, c_size_t))
+            if (written <= 0) call fail(output_name(given) // ": cannot be written, is the disk full?")
+            rest = rest(written + 1:)
+        end do
+    end subroutine
+
+    subroutine close_output(given, unit)
+        type(options), intent(in) :: given
+        integer(c_int), intent(in) :: unit
+        if (.not. allocated(given%output)) return
+        if (c_close(unit) /= 0) call fail(output_name(given) // ": cannot be written")
+    end subroutine
+
+    function output_name(given) result(name)
+        type(options), intent(in) :: given
+        character(:), allocatable :: name
+        name = "standard output"
+        if (allocated(given%output)) name = given%output
     end function
 end program

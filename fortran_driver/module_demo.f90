@@ -26,6 +26,7 @@ program module_demo
     ! The state of one point: all zeros is the virgin state.
     allocate (state(nstate), new_state(nstate), source=0.0_real64)
     slip = 0
+    dissipated = 0
 
     print "(a)", "mepc " // mepc_version()
     print "(a)", "   slip [mm]  traction [MPa]  stiffness [MPa/mm]  stored [N/mm]"

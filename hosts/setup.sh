@@ -4,8 +4,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=build/hosts-venv
 wanted=hosts/requirements.txt
-if ! python3 -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
-  echo "hosts/setup.sh: please install Python 3.10 or newer" >&2
+if ! python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+  echo "hosts/setup.sh: please install Python 3.11 or newer" >&2
   exit 1
 fi
 if ! python3 -c 'import venv, ensurepip' 2>/dev/null; then

@@ -5,7 +5,7 @@
 !> the sign of the slip, energies are per area. `ndir` is the number of tangential directions, 1 or 2.
 !>
 !> Functions that can fail return a status: 0 success, < 0 an error (its words: `mepc_last_error`), nothing is written then;
-!> > 0 success with a remark. Arguments marked optional may be left out; the work for them is then saved.
+!> > 0 success with a remark. Arguments marked optional may be left out.
 !> The routines keep nothing between calls: the state at the start of the increment goes in, the state at its end comes out
 !> in another array, so that an increment can be repeated or rejected. A law may be used by several threads at once.
 !>

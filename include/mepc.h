@@ -13,9 +13,14 @@
 #ifndef MEPC_H
 #define MEPC_H
 
-/* Generated from src/ffi by cbindgen: do not edit, run `make header`. */
+/* Generated from src/ffi by cbindgen: do not edit, run `make generated`. */
 
 #include <stdint.h>
+
+/*
+ Version of this interface. A program compares it with what mepc_abi_version returns.
+ */
+#define MEPC_ABI_VERSION 1
 
 /*
  Advisory status: the state array is full and the least important reversal was dropped.
@@ -59,7 +64,7 @@ extern "C" {
 #endif // __cplusplus
 
 /*
- Version of this interface; a program built against another version must not call the library.
+ Version of the interface that the library offers; a program built against another MEPC_ABI_VERSION must not call it.
  */
 int32_t mepc_abi_version(void);
 

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Installs what the build needs besides Rust: with apt-get when root, otherwise it says what is missing.
+# Installs the programs that are named (and missing): with apt-get when root, otherwise it says what is missing. Also
+# checks that Rust is new enough.
 set -euo pipefail
 
 minimum_rust=1.89
 
 declare -A package=([cc]=gcc [c++]=g++ [gfortran]=gfortran [nm]=binutils [valgrind]=valgrind)
 missing=()
-for program in "${!package[@]}"; do
+for program in "$@"; do
   command -v "$program" >/dev/null || missing+=("${package[$program]}")
 done
 

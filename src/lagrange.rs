@@ -4,7 +4,7 @@
 //! it. Only the direction of slip is remembered, as the deflection of a memory that slips as a whole.
 
 use crate::error::Error;
-use crate::law::{Law, Response, check_finite};
+use crate::law::{Law, Response, check_finite, not_a_result};
 use crate::memory::{Curve, Matrix, Vector, onto_limit};
 use crate::state::{Contact, Header};
 
@@ -12,7 +12,10 @@ use crate::state::{Contact, Header};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rigid<const N: usize> {
     /// It sticks: the multiplier is the traction.
-    Stick,
+    Stick {
+        /// Energy lost with a memory that another method left.
+        dissipated: f64,
+    },
     /// It slips (or is open) with this traction.
     Slip(Response<N>),
 }
@@ -84,8 +87,9 @@ impl<const N: usize> Law<N> {
         if stays {
             header.contact = Contact::Stick;
             header.dissipated += lost;
+            check_finite(&"accumulated dissipation", header.dissipated)?;
             self.layout().write(&header, Some(memory), state1);
-            return Ok(Rigid::Stick);
+            return Ok(Rigid::Stick { dissipated: lost });
         }
         let along = if sticks {
             multiplier
@@ -94,8 +98,9 @@ impl<const N: usize> Law<N> {
         } else {
             slip_increment
         };
-        let direction = if pressure > 0.0 && along.norm() > 0.0 {
-            onto_limit(1.0, along)
+        let direction = if pressure > 0.0 && along.amax() > 0.0 {
+            // First to the size of 1: squares of huge or tiny numbers are none.
+            onto_limit(1.0, &(along / along.amax()))
         } else {
             Vector::zeros()
         };
@@ -109,16 +114,18 @@ impl<const N: usize> Law<N> {
         let dissipated = traction.dot(slip_increment) + lost;
         header.dissipated += dissipated;
         header.slip_length += if pressure > 0.0 { slip } else { 0.0 };
-        let turning = if slip > 0.0 && !sticks {
-            limit / slip
-        } else {
-            0.0
-        };
-        check_finite(&"accumulated dissipation", header.dissipated)?;
+        // Not by zero in either case: compilers divide first, and some hosts trap that.
+        let turning = limit / slip.max(f64::MIN_POSITIVE);
+        let turning = if slip > 0.0 && !sticks { turning } else { 0.0 };
+        let tangent = (Matrix::identity() - direction * direction.transpose()) * turning;
+        let sum = traction.sum() + tangent.sum() + header.dissipated + header.slip_length;
+        if !sum.is_finite() {
+            return Err(not_a_result(pressure, slip_increment));
+        }
         self.layout().write(&header, Some(memory), state1);
         Ok(Rigid::Slip(Response {
             traction,
-            dtraction_dslip: (Matrix::identity() - direction * direction.transpose()) * turning,
+            dtraction_dslip: tangent,
             dtraction_dpressure: direction * self.properties().mu,
             stored: 0.0,
             dissipated,

@@ -314,13 +314,7 @@ impl<const N: usize> Law<N> {
             + header.dissipated
             + header.slip_length;
         if !sum.is_finite() {
-            return Err(Error::new(
-                Kind::BadInput,
-                format!(
-                    "pressure = {pressure:?} with slip increment {:?}: the result is not a finite number",
-                    slip_increment.as_slice()
-                ),
-            ));
+            return Err(not_a_result(pressure, slip_increment));
         }
         self.layout.write(&header, Some(&next), state1);
         Ok(response)
@@ -378,6 +372,18 @@ pub(crate) fn check_finite(name: &impl Display, value: f64) -> Result<(), Error>
         return Ok(());
     }
     Err(not_finite(name, value))
+}
+
+/// The refusal of inputs that are finite while what follows from them is not.
+#[cold]
+pub(crate) fn not_a_result<const N: usize>(pressure: f64, slip_increment: &Vector<N>) -> Error {
+    Error::new(
+        Kind::BadInput,
+        format!(
+            "pressure = {pressure:?} with slip increment {:?}: the result is not a finite number",
+            slip_increment.as_slice()
+        ),
+    )
 }
 
 #[cold]

@@ -2,8 +2,8 @@
 
 mod support;
 
-use approx::assert_abs_diff_eq;
-use mepc::{Kind, Law, Matrix, Vector, state};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use mepc::{Kind, Law, Matrix, Rigid, Vector, state};
 use mepc_oracle::Backbone;
 use mepc_oracle::masing::Masing;
 use support::{Point, decades, least_state, power, segalman, signed, turned, unit, with};
@@ -234,6 +234,70 @@ fn repeated_rejected_and_restored_steps_are_bit_identical() {
         check::<2>(&props, 64);
         check::<2>(&props, least_state(2, 16));
     }
+}
+
+/// The state counts the slip path while the contact is closed; what is slipped while it is open does not count.
+#[test]
+fn the_slip_length_is_that_of_the_path_while_closed() {
+    fn check<const N: usize>() {
+        let mut point = Point::<N>::new(&unit(2.5));
+        let mut length = 0.0;
+        for (slip, pressure) in steps::<N>(114, 300) {
+            point.step(slip, pressure);
+            if pressure > 0.0 {
+                length += Vector::from(slip).norm();
+            }
+            assert_relative_eq!(point.state[4], length, max_relative = 1e-12);
+        }
+        assert!(length > 0.0);
+    }
+    check::<1>();
+    check::<2>();
+}
+
+/// Rigid stick by multipliers that takes over a state of the memory law: the energy held there is lost, and told.
+#[test]
+fn rigid_stick_loses_the_energy_that_a_memory_held() {
+    let mut point = Point::<2>::new(&unit(2.5));
+    let held = point.step([0.5, 0.0], 1.0).stored;
+    assert!(held > 0.1);
+    let law = Law::<2>::new(&with(&unit(2.5), 4, 2.0), point.state.len()).expect("a law");
+    let take_over = |sticks: bool, multiplier: [f64; 2], slip: [f64; 2]| {
+        let mut end = vec![0.0; point.state.len()];
+        let (multiplier, slip) = (Vector::from(multiplier), Vector::from(slip));
+        let outcome = law.lagrange(sticks, &multiplier, &slip, 1.0, &point.state, &mut end);
+        (outcome.expect("valid input"), end)
+    };
+    let (outcome, end) = take_over(true, [0.5, 0.0], [0.0; 2]);
+    assert_eq!(outcome, Rigid::Stick { dissipated: held });
+    assert_eq!((end[2], end[3]), (0.0, point.state[3] + held));
+    let (outcome, end) = take_over(false, [0.0; 2], [0.25, 0.0]);
+    let Rigid::Slip(response) = outcome else {
+        panic!("{outcome:?}")
+    };
+    assert_eq!(response.dissipated, 0.25 + held);
+    assert_eq!((end[2], end[4]), (0.0, point.state[4] + 0.25));
+    // Numbers that no result follows from are refused, and huge ones keep their direction.
+    let mut end = vec![0.0; point.state.len()];
+    let mut refused = |slip: [f64; 2], pressure: f64| {
+        let outcome = law.lagrange(
+            false,
+            &Vector::zeros(),
+            &slip.into(),
+            pressure,
+            &point.state,
+            &mut end,
+        );
+        outcome.is_err() && end.iter().all(|x| *x == 0.0)
+    };
+    assert!(refused([1e-3, 0.0], f64::MAX));
+    assert!(refused([1e-150, 0.0], 1e200));
+    assert!(refused([1e300, 0.0], 1.0));
+    let (outcome, _) = take_over(true, [3e300, 4e300], [0.0; 2]);
+    let Rigid::Slip(response) = outcome else {
+        panic!("{outcome:?}")
+    };
+    assert_abs_diff_eq!(response.traction, Vector::from([0.6, 0.8]), epsilon = 1e-15);
 }
 
 /// A slip element that just touches its limit, with sticking ones on both sides, is not forgotten: undoing a step

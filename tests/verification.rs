@@ -248,9 +248,15 @@ fn rigid_cycle(props: &[f64], a: f64, p: f64) -> f64 {
         let along = slip.signum();
         if turn > 0 {
             // Slip against the traction: the point sticks again.
-            assert_eq!(call(false, 0.0, 1e-3 * slip), Rigid::Stick);
+            assert_eq!(
+                call(false, 0.0, 1e-3 * slip),
+                Rigid::Stick { dissipated: 0.0 }
+            );
         }
-        assert_eq!(call(true, 0.99 * along * limit, 0.0), Rigid::Stick);
+        assert_eq!(
+            call(true, 0.99 * along * limit, 0.0),
+            Rigid::Stick { dissipated: 0.0 }
+        );
         assert!(matches!(call(true, along * limit, 0.0), Rigid::Slip(_)));
         for half in [0.5 * slip; 2] {
             let Rigid::Slip(response) = call(false, 0.0, half) else {

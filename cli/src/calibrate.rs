@@ -34,10 +34,10 @@ pub struct Arguments {
     #[command(flatten)]
     columns: Columns,
     /// Bolt preload of each loop, in their order, N.
-    #[arg(long, required = true, value_name = "N", value_parser = numbers::positive)]
+    #[arg(long, required = true, value_name = "N", allow_negative_numbers = true, value_parser = numbers::positive)]
     preload: Vec<f64>,
     /// Contact area, mm2.
-    #[arg(long, value_name = "A", value_parser = numbers::positive)]
+    #[arg(long, value_name = "A", allow_negative_numbers = true, value_parser = numbers::positive)]
     area: f64,
     /// Exponent of the contact law, assumed.
     #[arg(long, default_value_t = 2.5, value_parser = exponent)]

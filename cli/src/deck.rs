@@ -41,7 +41,7 @@ pub struct Arguments {
     #[arg(long, default_value = "Joint", value_parser = name)]
     name: String,
     /// Thickness of the layer that stands for the contact (calculix, opengeosys).
-    #[arg(long, value_name = "h", value_parser = numbers::positive)]
+    #[arg(long, value_name = "h", allow_negative_numbers = true, value_parser = numbers::positive)]
     thickness: Option<f64>,
     /// Number of the material (kratos: properties_id; opengeosys: MaterialID).
     #[arg(long, value_name = "ID", default_value_t = 1)]

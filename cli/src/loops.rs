@@ -33,16 +33,16 @@ pub struct Arguments {
         value_parser = props::entry, help = props::HELP, requires = "preload")]
     props: Option<Vec<f64>>,
     /// Normal force on the contact (with --props).
-    #[arg(long, value_name = "P", value_parser = numbers::positive, conflicts_with = "iwan")]
+    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     preload: Option<f64>,
     /// Stiffness in series with the contact (with --props; default: rigid).
-    #[arg(long, value_name = "K_e", value_parser = numbers::positive, conflicts_with = "iwan")]
+    #[arg(long, value_name = "K_e", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     series: Option<f64>,
     /// Stiffness beside the contact (with --props; default: none).
-    #[arg(long, value_name = "K_p", value_parser = numbers::positive, conflicts_with = "iwan")]
+    #[arg(long, value_name = "K_p", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     parallel: Option<f64>,
     /// Displacement amplitudes.
-    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', value_parser = numbers::positive)]
+    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', allow_negative_numbers = true, value_parser = numbers::positive)]
     amplitude: Vec<f64>,
     /// Points per branch.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(3..=1_000_000))]
@@ -310,7 +310,7 @@ fn loops_figure(cycles: &[Cycle]) -> Figure {
         Curve {
             label: format!("A = {}", short(cycle.amplitude)),
             points,
-            stroke: Stroke::Solid,
+            stroke: [Stroke::Solid, Stroke::Dashed][k / 4 % 2],
             colour: [BLUE, ORANGE, GREEN, GREY][k % 4],
         }
     });

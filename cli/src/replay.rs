@@ -48,10 +48,10 @@ enum Mode {
         #[command(flatten)]
         common: Common,
         /// Spring in series, K (u - g) = contact force (default: rigid).
-        #[arg(long, value_name = "K", value_parser = numbers::positive)]
+        #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = numbers::positive)]
         series: Option<f64>,
         /// Spring in parallel, adds K u to the force (default: none).
-        #[arg(long, value_name = "K", value_parser = numbers::positive)]
+        #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = numbers::positive)]
         parallel: Option<f64>,
     },
 }

@@ -174,7 +174,8 @@ fn abaqus_and_calculix_by_form() {
     let deck = keywords(&text);
     assert_eq!(deck[0].0, "*MATERIAL, NAME=@ABAQUS_MEPC");
     assert_eq!(deck[1].0, "*USER MATERIAL, CONSTANTS=16");
-    assert_eq!(deck[1].1[12..], [2.0, 1.0, 0.1, 1.0]);
+    // And the temperature for which the constants hold.
+    assert_eq!(deck[1].1[12..], [2.0, 1.0, 0.1, 1.0, 0.0]);
     assert_eq!(deck[2], ("*DEPVAR".to_string(), vec![64.0]));
     assert!(text.contains("checked for form only"));
 }

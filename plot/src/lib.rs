@@ -255,7 +255,11 @@ impl Figure {
         if low > high {
             return [0.0, 1.0];
         }
-        let margin = if high > low { 0.05 * (high - low) } else { 1.0 };
+        let margin = match (high > low, high.abs()) {
+            (true, _) => 0.05 * (high - low),
+            (false, 0.0) => 1.0,
+            (false, size) => 0.05 * size,
+        };
         [low - margin, high + margin]
     }
 }
@@ -300,7 +304,7 @@ fn spaced(points: &[[f64; 2]], x: [f64; 2], y: [f64; 2]) -> Vec<(f64, f64)> {
         distances.push(along);
     }
     let gap = along / MARKS as f64;
-    let mut next = 0.5 * gap;
+    let mut next = 0.0;
     let mut some = Vec::new();
     for (point, distance) in points.iter().zip(distances) {
         if distance >= next {

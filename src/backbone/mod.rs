@@ -4,7 +4,8 @@
 //! traction in mu p. Seen as parallel slip elements (Iwan 1966), -f'' is the stiffness density of the
 //! elements whose slip limit is r, and a jump of f' at r = 1 is one more element there.
 //!
-//! A new backbone is one new file that implements [`Backbone`], and one line in [`Choice`].
+//! A new backbone is one new file that implements [`Backbone`], an entry in [`Choice`] (the compiler then names the
+//! places that choose), and the checks of its properties.
 
 mod power_law;
 mod segalman;

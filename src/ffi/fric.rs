@@ -136,11 +136,11 @@ impl Arguments {
                         pressure,
                         state1,
                     )? {
-                        Rigid::Stick => {
+                        Rigid::Stick { dissipated } => {
                             *self.lm = STICKING;
                             write(self.dslip, Vector::<N>::zeros().as_slice());
                             *self.sed = 0.0;
-                            *self.sfd = 0.0;
+                            *self.sfd = dissipated;
                             return Ok(());
                         }
                         Rigid::Slip(response) => response,

@@ -19,6 +19,8 @@ use std::slice;
 /// Points that one thread of a batch is worth starting for, when the library chooses their number.
 const POINTS_PER_THREAD: usize = 256;
 
+/// Version of this interface. A program compares it with what mepc_abi_version returns.
+pub const MEPC_ABI_VERSION: i32 = 1;
 /// Advisory status: the state array is full and the least important reversal was dropped.
 pub const MEPC_MEMORY_FULL: i32 = 1;
 /// Status: a required pointer is null.
@@ -307,10 +309,10 @@ unsafe fn law_of<'a>(law: *const mepc_law) -> Result<&'a mepc_law, Error> {
     unsafe { law.as_ref() }.ok_or_else(|| null("law"))
 }
 
-/// Version of this interface; a program built against another version must not call the library.
+/// Version of the interface that the library offers; a program built against another MEPC_ABI_VERSION must not call it.
 #[unsafe(no_mangle)]
 pub extern "C" fn mepc_abi_version() -> i32 {
-    1
+    MEPC_ABI_VERSION
 }
 
 /// Version of the library, "major.minor.patch".

@@ -15,11 +15,12 @@ pub(super) const CUTBACK: f64 = 0.5;
 const ORTHOGONALITY: f64 = 1e-6;
 /// Length of the contact and surface names.
 const NAME_LENGTH: usize = 80;
-/// Laws kept per thread: more than a model has materials or contact pairs.
-const MOST_LAWS: usize = 16;
+/// Laws kept per thread.
+const MOST_LAWS: usize = 256;
 
 /// The laws that a thread has used. A law never changes, so keeping it cannot change a result.
-pub(super) struct Laws<const N: usize>(Vec<Kept<N>>);
+#[expect(clippy::vec_box, reason = "they change places")]
+pub(super) struct Laws<const N: usize>(Vec<Box<Kept<N>>>);
 
 struct Kept<const N: usize> {
     props: Vec<f64>,
@@ -40,19 +41,17 @@ impl<const N: usize> Laws<N> {
                 && kept.props.len() == props.len()
                 && (kept.props.iter().zip(props)).all(|(a, b)| a.to_bits() == b.to_bits())
         };
-        let index = match self.0.iter().position(same) {
-            Some(index) => index,
+        match self.0.iter().position(|kept| same(kept)) {
+            // Points of one pair come one after the other: the law used last is looked at first.
+            Some(index) => self.0.swap(0, index),
             None => {
                 let law = Law::new(props, nstate).map_err(in_host_words)?;
-                if self.0.len() == MOST_LAWS {
-                    self.0.remove(0);
-                }
+                self.0.truncate(MOST_LAWS - 1);
                 let props = props.to_vec();
-                self.0.push(Kept { props, law });
-                self.0.len() - 1
+                self.0.insert(0, Box::new(Kept { props, law }));
             }
-        };
-        Ok(&self.0[index].law)
+        }
+        Ok(&self.0[0].law)
     }
 }
 

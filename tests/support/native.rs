@@ -3,9 +3,10 @@
 use super::{decades, power, signed, with};
 use libloading::Library;
 use std::ffi::{CStr, c_char, c_void};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
 use std::sync::OnceLock;
+use std::time::SystemTime;
 
 /// Statuses of the C interface.
 pub const MEMORY_FULL: i32 = 1;
@@ -20,22 +21,36 @@ pub type LawPointer = *mut c_void;
 
 /// The built library: MEPC_LIBRARY, or the release build beside the test programs.
 pub fn library_path() -> PathBuf {
-    let path = std::env::var_os("MEPC_LIBRARY").map_or_else(
-        || {
-            // A test program is TARGET/PROFILE/deps/NAME.
-            let program = std::env::current_exe().expect("the path of this program");
-            let target = program.ancestors().nth(3).expect("a target directory");
-            let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-            target.join("release").join(format!("{prefix}mepc{suffix}"))
-        },
-        PathBuf::from,
-    );
+    if let Some(path) = std::env::var_os("MEPC_LIBRARY") {
+        return PathBuf::from(path);
+    }
+    // A test program is TARGET/PROFILE/deps/NAME.
+    let program = std::env::current_exe().expect("the path of this program");
+    let target = program.ancestors().nth(3).expect("a target directory");
+    let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let path = target.join("release").join(format!("{prefix}mepc{suffix}"));
+    let built = path.metadata().and_then(|data| data.modified());
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     assert!(
-        path.exists(),
-        "{} is not there: run `cargo build --release` first, or set MEPC_LIBRARY",
+        built.is_ok_and(|built| built >= newest(&sources)),
+        "{} is not there or older than its sources: run `cargo build --release` first, or set MEPC_LIBRARY",
         path.display()
     );
     path
+}
+
+/// When a file of a folder was last changed.
+fn newest(folder: &Path) -> SystemTime {
+    let entries = std::fs::read_dir(folder).expect("a readable folder");
+    let times = entries.map(|entry| {
+        let path = entry.expect("a readable folder").path();
+        if path.is_dir() {
+            return newest(&path);
+        }
+        let data = path.metadata().expect("a readable file");
+        data.modified().expect("a time")
+    });
+    times.max().unwrap_or(SystemTime::UNIX_EPOCH)
 }
 
 macro_rules! functions {

@@ -12,6 +12,9 @@ const STICKING: f64 = 1.0;
 pub fn material(deck: &Deck) -> Result<String> {
     let mut props = deck.complete.clone();
     props.extend([LAYOUT, 1.0, deck.layer()?, STICKING]);
+    let constants = props.len();
+    // The temperature for which they hold; without it the host refuses the deck.
+    props.push(0.0);
     Ok(format!(
         "** Friction with memory as a thin layer, normal along z, without NLGEOM. {}\n\
          ** The host loads libMEPC.so (a link to libmepc.so), if it was built with external behaviours.\n\
@@ -19,7 +22,7 @@ pub fn material(deck: &Deck) -> Result<String> {
          *USER MATERIAL, CONSTANTS={}\n {}\n\
          *DEPVAR\n {}\n",
         Host::Calculix.checked(),
-        props.len(),
+        constants,
         Deck::lines(&props, 8),
         deck.nstate
     ))

@@ -80,7 +80,7 @@ program friction
         {props}]
     real(c_double), parameter :: step = {step} ! slip per increment
     real(c_double), parameter :: pressure = {pressure}
-    real(c_double) :: state(nstate), increment(ndir), traction(ndir), slip
+    real(c_double) :: state(nstate), next(nstate), increment(ndir), traction(ndir), slip
     type(c_ptr) :: law
     integer :: i
 
@@ -92,7 +92,8 @@ program friction
         ! up to the amplitude, down to the other, up again
         increment = 0
         increment(1) = merge(-step, step, i >= {quarter} .and. i < {three})
-        if (mepc_friction(law, increment, pressure, state, state, traction) < 0) error stop mepc_last_error()
+        if (mepc_friction(law, increment, pressure, state, next, traction) < 0) error stop mepc_last_error()
+        state = next ! every increment is accepted
         slip = slip + increment(1)
         print "(es24.16e3, a, es24.16e3)", slip, ",", traction(1)
     end do
