@@ -63,9 +63,13 @@ impl<const N: usize> Law<N> {
         pressure: f64,
         state1: &mut [f64],
     ) -> Result<Rigid<N>, Error> {
+        self.check_end(state1)?;
         check_finite(&"pressure", pressure)?;
         check_finite(&"multiplier", multiplier.sum())?;
         check_finite(&"slip_increment", slip_increment.sum())?;
+        // What the host held has not slipped: an increment there is noise.
+        let held = Vector::zeros();
+        let slip_increment = if sticks { &held } else { slip_increment };
         let before = Vector::from(memory.base()[self.layout().base - 1]);
         let limit = self.properties().mu * pressure.max(0.0);
         let beyond = multiplier.norm() >= limit;

@@ -112,7 +112,7 @@ impl<const N: usize> Law<N> {
     /// success; both hold `nstate` numbers.
     ///
     /// # Errors
-    /// Numbers that are not finite, increments beyond 1e100 critical slips, a corrupt state.
+    /// Numbers that are not finite, gcr <= 0, increments beyond 1e100 critical slips, a corrupt state.
     #[inline]
     pub fn friction(
         &self,
@@ -122,9 +122,26 @@ impl<const N: usize> Law<N> {
         state0: &[f64],
         state1: &mut [f64],
     ) -> Result<Response<N>, Error> {
+        check_critical_slip(gcr)?;
         let mut memory = Curve::new();
         let header = self.read(state0, &mut memory)?;
         self.friction_from(header, &mut memory, gcr, slip_increment, pressure, state1)
+    }
+
+    /// Refuses an end state of another length.
+    #[inline(always)]
+    pub(crate) fn check_end(&self, state1: &[f64]) -> Result<(), Error> {
+        if state1.len() == self.layout.nstate {
+            return Ok(());
+        }
+        Err(Error::new(
+            Kind::BadState,
+            format!(
+                "state1 has {} numbers, not {}",
+                state1.len(),
+                self.layout.nstate
+            ),
+        ))
     }
 
     /// Reads and checks a state; its memory goes to `memory`, empty before.
@@ -146,6 +163,7 @@ impl<const N: usize> Law<N> {
         state0: &[f64],
         state1: &mut [f64],
     ) -> Result<InterfaceResponse<N>, Error> {
+        check_critical_slip(gcr)?;
         let mut memory = Curve::new();
         let header = self.read(state0, &mut memory)?;
         self.interface_from(header, &mut memory, gcr, normal, tangential, state1)
@@ -210,16 +228,7 @@ impl<const N: usize> Law<N> {
         pressure: f64,
         state1: &mut [f64],
     ) -> Result<Response<N>, Error> {
-        if state1.len() != self.layout.nstate {
-            return Err(Error::new(
-                Kind::BadState,
-                format!(
-                    "state1 has {} numbers, not {}",
-                    state1.len(),
-                    self.layout.nstate
-                ),
-            ));
-        }
+        self.check_end(state1)?;
         check_finite(&"pressure", pressure)?;
         let d = slip_increment / gcr;
         for (index, slip) in slip_increment.iter().enumerate() {
@@ -343,6 +352,18 @@ fn check_directions(ndir: usize) -> Result<(), Error> {
     Err(Error::new(
         Kind::BadInput,
         format!("ndir = {ndir}: must be 1 or 2 tangential directions"),
+    ))
+}
+
+/// Refuses a critical slip that did not come from [`Law::critical_slip`].
+#[inline]
+fn check_critical_slip(gcr: f64) -> Result<(), Error> {
+    if gcr.is_normal() && gcr > 0.0 {
+        return Ok(());
+    }
+    Err(Error::new(
+        Kind::BadInput,
+        format!("gcr = {gcr:?}: must be a positive length"),
     ))
 }
 

@@ -293,6 +293,26 @@ fn rigid_stick_loses_the_energy_that_a_memory_held() {
     assert!(refused([1e-3, 0.0], f64::MAX));
     assert!(refused([1e-150, 0.0], 1e200));
     assert!(refused([1e300, 0.0], 1.0));
+    // Open: what slips there does not count; held: an increment is noise.
+    let mut end = vec![0.0; point.state.len()];
+    let slip = Vector::from([0.25, 0.0]);
+    let open = law.lagrange(false, &Vector::zeros(), &slip, 0.0, &point.state, &mut end);
+    assert!(matches!(open, Ok(Rigid::Slip(_))));
+    assert_eq!((end[0], end[4]), (0.0, point.state[4]));
+    let (outcome, end) = take_over(true, [2.0, 0.0], [-0.25, 0.0]);
+    let Rigid::Slip(response) = outcome else {
+        panic!("{outcome:?}")
+    };
+    assert_eq!((response.dissipated, end[4]), (held, point.state[4]));
+    let short = law.lagrange(
+        false,
+        &Vector::zeros(),
+        &slip,
+        1.0,
+        &point.state,
+        &mut [0.0; 10],
+    );
+    assert_eq!(short.map_err(|error| error.kind), Err(Kind::BadState));
     let (outcome, _) = take_over(true, [3e300, 4e300], [0.0; 2]);
     let Rigid::Slip(response) = outcome else {
         panic!("{outcome:?}")
@@ -330,6 +350,30 @@ fn an_element_that_touches_its_limit_stays() {
             assert_abs_diff_eq!(exact.dtraction_dslip, near.dtraction_dslip, epsilon = 1e-6);
         }
     }
+}
+
+/// What would make the state infinite, or turn the traction round, is refused.
+#[test]
+fn energies_beyond_numbers_and_critical_slips_that_are_none_are_refused() {
+    let mut point = Point::<1>::new(&unit(2.5));
+    point.step([0.5], 1.0);
+    let mut huge = point.state.clone();
+    (huge[2], huge[3]) = (1.7e308, 1.7e308);
+    let mut end = vec![0.0; huge.len()];
+    let opened = point
+        .law
+        .friction(1.0, &Vector::zeros(), 0.0, &huge, &mut end);
+    assert_eq!(opened.map_err(|error| error.kind), Err(Kind::BadInput));
+    for gcr in [0.0, -0.002, f64::NAN, f64::INFINITY, 1e-320] {
+        let mut call = |state: &[f64]| {
+            point
+                .law
+                .friction(gcr, &Vector::zeros(), 1.0, state, &mut end)
+        };
+        let error = call(&point.state).expect_err("no length");
+        assert!(error.message.starts_with("gcr = "), "{error}");
+    }
+    assert!(end.iter().all(|x| *x == 0.0));
 }
 
 #[test]

@@ -4,13 +4,14 @@ use crate::identify::csv_line;
 use crate::numbers::{self, exact, short};
 use crate::replay::{Motion, Patch, Points, Springs};
 use crate::{Outcome, print, props, write};
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail, ensure};
 use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Vector, default_state_size};
 use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 /// From parameters to steady loops, energy per cycle and damping against amplitude.
@@ -242,6 +243,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .map(|&amplitude| model.cycle(amplitude, arguments.points as usize))
         .collect::<Result<_>>()?;
 
+    for cycle in &cycles {
+        let sum = cycle.energy + cycle.closed_form + cycle.peak() + cycle.damping();
+        ensure!(
+            sum.is_finite(),
+            "--amplitude {:e}: the loop's force or energy is not a finite number",
+            cycle.amplitude
+        );
+    }
     let mut random = fastrand::Rng::with_seed(arguments.seed);
     let mut text = String::from("amplitude,displacement,force\n");
     for cycle in &cycles {
@@ -265,7 +274,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.output.is_some() {
         print(&energies)?;
     } else {
-        eprint!("{energies}");
+        // The table is extra here: a closed standard error does not make the loop wrong.
+        let _ = write!(std::io::stderr(), "{energies}");
     }
     if let Some(file) = &arguments.picture {
         write(Some(file), &loops_figure(&cycles).svg()?)?;
