@@ -5,7 +5,7 @@
 
 use super::guard;
 use super::host::{Place, Severity, report};
-use super::user::{self, Laws, count, cut_back, name, null, read, vector, write};
+use super::user::{self, Laws, count, cut_back, name, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
 use crate::law::{Law, Response, check_finite};
@@ -21,11 +21,6 @@ const SLIPPING: i32 = 0;
 const STICKING: i32 = 1;
 /// Relative motion flag: open before, frictionless in this increment.
 const OPEN: i32 = 2;
-
-/// What must be there to be written, in the order of `check_outputs`.
-const OUTPUTS: [&str; 8] = [
-    "STATEV", "TAU", "DDTDDG", "DDTDDP", "DSLIP", "SED", "SFD", "PNEWDT",
-];
 
 /// The arguments that are used, as the host passes them.
 #[derive(Clone, Copy)]
@@ -172,20 +167,21 @@ impl Arguments {
 
     #[inline(always)]
     fn check_outputs(&self) -> Result<(), Error> {
-        let outputs = [
-            self.statev,
-            self.tau,
-            self.ddtddg,
-            self.ddtddp,
-            self.dslip,
-            self.sed,
-            self.sfd,
-            self.pnewdt,
-        ];
-        match outputs.iter().position(|pointer| pointer.is_null()) {
-            Some(missing) => Err(null(OUTPUTS[missing])),
-            None => Ok(()),
-        }
+        required(
+            [
+                "STATEV", "TAU", "DDTDDG", "DDTDDP", "DSLIP", "SED", "SFD", "PNEWDT",
+            ],
+            [
+                self.statev,
+                self.tau,
+                self.ddtddg,
+                self.ddtddp,
+                self.dslip,
+                self.sed,
+                self.sfd,
+                self.pnewdt,
+            ],
+        )
     }
 
     /// # Safety

@@ -7,7 +7,7 @@ use super::components::{Components, Order, consistent, uncoupled};
 use super::guard;
 use super::host::{Place, Severity, report};
 use super::user::{
-    self, Laws, StateCopy, array, count, cut_back, name, null, properties, read, turn, vector,
+    self, Laws, StateCopy, array, count, cut_back, name, properties, read, required, turn, vector,
     write,
 };
 use crate::error::{Error, Kind};
@@ -91,17 +91,10 @@ impl Arguments {
             if N == 2 {
                 turn(self.drot, law.layout(), state0)?;
             }
-            for (name, pointer) in [
-                ("STRESS", self.stress),
-                ("DDSDDR", self.ddsddr),
-                ("SED", self.sed),
-                ("SFD", self.sfd),
-                ("PNEWDT", self.pnewdt),
-            ] {
-                if pointer.is_null() {
-                    return Err(null(name));
-                }
-            }
+            required(
+                ["STRESS", "DDSDDR", "SED", "SFD", "PNEWDT"],
+                [self.stress, self.ddsddr, self.sed, self.sfd, self.pnewdt],
+            )?;
             let penetration = read("RDISP", self.rdisp)?;
             check_finite(&"RDISP(1)", penetration)?;
             let unpaired = penetration <= UNPAIRED;

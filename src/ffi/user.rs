@@ -70,6 +70,18 @@ pub(super) fn null(name: &str) -> Error {
     Error::new(Kind::NullPointer, format!("{name} = NULL"))
 }
 
+/// Refuses outputs that are not there; the names stand in the same order.
+#[inline(always)]
+pub(super) fn required<const K: usize>(
+    names: [&str; K],
+    outputs: [*mut c_double; K],
+) -> Result<(), Error> {
+    match outputs.iter().position(|pointer| pointer.is_null()) {
+        Some(missing) => Err(null(names[missing])),
+        None => Ok(()),
+    }
+}
+
 /// A scalar of the host, or a message with the argument's name.
 ///
 /// # Safety

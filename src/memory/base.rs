@@ -4,7 +4,7 @@
 //! curve without floating knots. The segments that fronts and floating knots divide are put right afterwards.
 
 use super::grid::{Grid, Lanes};
-use super::lane::Lane;
+use super::lane::{Lane, WIDTH};
 use super::{Curve, Matrix, Vector, is_outside, length};
 use crate::state::MAX_BASE;
 use std::array::from_fn;
@@ -87,9 +87,6 @@ impl<const N: usize> Curve<N> {
     }
 }
 
-/// Knots that are treated side by side.
-pub(super) const WIDTH: usize = 2;
-
 /// Knots whose bits one sum holds exactly; two sums are enough for the largest grid.
 const BLOCK: usize = 32;
 const _: () = assert!(2 * BLOCK >= MAX_BASE);
@@ -97,10 +94,10 @@ const _: () = assert!(2 * BLOCK >= MAX_BASE);
 /// Sums over the base knots, lane by lane.
 struct Sums<const N: usize> {
     /// Sum of the bits of the knots that slip.
-    slips: Lane<WIDTH>,
-    dissipated: Lane<WIDTH>,
+    slips: Lane,
+    dissipated: Lane,
     /// Weight times gain times n n^T: lower triangle.
-    turn: [[Lane<WIDTH>; N]; N],
+    turn: [[Lane; N]; N],
 }
 
 impl<const N: usize> Sums<N> {
@@ -115,8 +112,7 @@ impl<const N: usize> Sums<N> {
     /// Moves some knots and brings those that slip back onto their limits.
     #[inline(always)]
     fn add(&mut self, lanes: &Lanes, knots: &mut [[f64; N]; WIDTH], d: &Vector<N>) {
-        let mut e: [Lane<WIDTH>; N] =
-            from_fn(|i| Lane(from_fn(|lane| knots[lane][i])) + Lane::all(d[i]));
+        let mut e: [Lane; N] = from_fn(|i| Lane(from_fn(|lane| knots[lane][i])) + Lane::all(d[i]));
         let length2 = dot(&e, &e);
         let slips = length2.reaches(lanes.outside, dot(&e, &from_fn(|i| Lane::all(d[i]))));
         if slips.any() {
@@ -149,7 +145,7 @@ impl<const N: usize> Sums<N> {
 }
 
 #[inline(always)]
-fn dot<const N: usize>(a: &[Lane<WIDTH>; N], b: &[Lane<WIDTH>; N]) -> Lane<WIDTH> {
+fn dot<const N: usize>(a: &[Lane; N], b: &[Lane; N]) -> Lane {
     let mut sum = a[0] * b[0];
     for i in 1..N {
         sum = sum + a[i] * b[i];

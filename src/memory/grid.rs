@@ -1,8 +1,7 @@
 //! The base grid: knots that are never dropped, and what follows from them once and for all.
 
-use super::base::WIDTH;
 use super::knot::Knot;
-use super::lane::Lane;
+use super::lane::{Lane, WIDTH};
 use super::{ROUNDING, Vector, outside};
 use crate::backbone::{Backbone, Values};
 use std::array::from_fn;
@@ -32,16 +31,16 @@ pub struct Node {
 /// Past the last knot there are some without weight that never slip.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes {
-    pub(super) r: Lane<WIDTH>,
-    pub(super) outside: Lane<WIDTH>,
+    pub(super) r: Lane,
+    pub(super) outside: Lane,
     /// Squared length that a deflection may have.
-    limit2: Lane<WIDTH>,
+    limit2: Lane,
     /// 2^k, counted anew every 32 knots: sums of these are exact.
-    pub(super) bit: Lane<WIDTH>,
+    pub(super) bit: Lane,
     /// Weight of a slipping knot's excess over its limit in the dissipated energy: secant of G above - secant below.
-    pub(super) loss: Lane<WIDTH>,
+    pub(super) loss: Lane,
     /// Weight over r^2: weight times n n^T for a knot that slips in the direction n is this times e e^T.
-    pub(super) turn: Lane<WIDTH>,
+    pub(super) turn: Lane,
 }
 
 /// The weights of the numbers of a base grid, direction after direction and knot after knot.
@@ -49,9 +48,9 @@ pub(super) struct Lanes {
 /// With base knots only, the sums of the curve are sums over the knots with fixed weights.
 #[derive(Clone, Debug)]
 pub(super) struct Weights {
-    pub(super) traction: Lane<WIDTH>,
-    pub(super) energy: Lane<WIDTH>,
-    pub(super) energy_below: Lane<WIDTH>,
+    pub(super) traction: Lane,
+    pub(super) energy: Lane,
+    pub(super) energy_below: Lane,
 }
 
 /// Equal parts of 0 <= r < 1 in which the search for a base knot starts.

@@ -1,26 +1,29 @@
-//! N numbers side by side: one for each of N knots, or for each direction.
+//! Numbers side by side: one for each of some knots, or for each component of their deflections.
 //!
 //! Plain arithmetic, number by number and without branches: the form that compilers turn into vector instructions.
 
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// N numbers, one per knot or direction.
+/// How many.
+pub(super) const WIDTH: usize = 2;
+
+/// Numbers, one per knot or component.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lane<const N: usize>(pub(super) [f64; N]);
+pub(super) struct Lane(pub(super) [f64; WIDTH]);
 
-/// N conditions, one per knot.
+/// Conditions, one per knot.
 #[derive(Clone, Copy)]
-pub(super) struct Mask<const N: usize>([bool; N]);
+pub(super) struct Mask([bool; WIDTH]);
 
-impl<const N: usize> Lane<N> {
-    pub(super) const ZERO: Self = Lane([0.0; N]);
-    const ONE: Self = Lane([1.0; N]);
+impl Lane {
+    pub(super) const ZERO: Self = Lane([0.0; WIDTH]);
+    const ONE: Self = Lane([1.0; WIDTH]);
 
     /// The same number for all knots.
     #[inline(always)]
     pub(super) fn all(x: f64) -> Self {
-        Lane([x; N])
+        Lane([x; WIDTH])
     }
 
     #[inline(always)]
@@ -41,12 +44,12 @@ impl<const N: usize> Lane<N> {
 
     /// Whether `self` >= `limit` and `along` > 0.
     #[inline(always)]
-    pub(super) fn reaches(self, limit: Self, along: Self) -> Mask<N> {
+    pub(super) fn reaches(self, limit: Self, along: Self) -> Mask {
         Mask(from_fn(|i| (self.0[i] >= limit.0[i]) & (along.0[i] > 0.0)))
     }
 
     #[inline(always)]
-    pub(super) fn at_most(self, limit: Self) -> Mask<N> {
+    pub(super) fn at_most(self, limit: Self) -> Mask {
         Mask(from_fn(|i| self.0[i] <= limit.0[i]))
     }
 
@@ -56,7 +59,7 @@ impl<const N: usize> Lane<N> {
     }
 }
 
-impl<const N: usize> Mask<N> {
+impl Mask {
     #[inline(always)]
     pub(super) fn any(self) -> bool {
         self.0.iter().any(|holds| *holds)
@@ -64,18 +67,18 @@ impl<const N: usize> Mask<N> {
 
     /// 1 where it holds, 0 elsewhere.
     #[inline(always)]
-    pub(super) fn number(self) -> Lane<N> {
+    pub(super) fn number(self) -> Lane {
         self.pick(Lane::ONE, Lane::ZERO)
     }
 
     /// `a` where it holds, `b` elsewhere.
     #[inline(always)]
-    pub(super) fn pick(self, a: Lane<N>, b: Lane<N>) -> Lane<N> {
+    pub(super) fn pick(self, a: Lane, b: Lane) -> Lane {
         Lane(from_fn(|i| if self.0[i] { a.0[i] } else { b.0[i] }))
     }
 }
 
-impl<const N: usize> Add for Lane<N> {
+impl Add for Lane {
     type Output = Self;
 
     #[inline(always)]
@@ -84,7 +87,7 @@ impl<const N: usize> Add for Lane<N> {
     }
 }
 
-impl<const N: usize> Sub for Lane<N> {
+impl Sub for Lane {
     type Output = Self;
 
     #[inline(always)]
@@ -93,7 +96,7 @@ impl<const N: usize> Sub for Lane<N> {
     }
 }
 
-impl<const N: usize> Mul for Lane<N> {
+impl Mul for Lane {
     type Output = Self;
 
     #[inline(always)]
@@ -102,7 +105,7 @@ impl<const N: usize> Mul for Lane<N> {
     }
 }
 
-impl<const N: usize> Div for Lane<N> {
+impl Div for Lane {
     type Output = Self;
 
     #[inline(always)]

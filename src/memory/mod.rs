@@ -30,8 +30,8 @@ pub use grid::{Grid, Node};
 use crate::backbone::Backbone;
 use crate::state::{Contact, MAX_BASE, MAX_FLOATING};
 use arrayvec::ArrayVec;
-use base::WIDTH;
 use knot::Knot;
+use lane::WIDTH;
 use nalgebra::{SMatrix, SVector};
 use step::Step;
 
@@ -238,19 +238,5 @@ impl<const N: usize> Curve<N> {
             Some(k) => grid.knot(k, self.base[count].into()),
             None => grid.origin(),
         }
-    }
-
-    /// The knots next to a floating one: `floating` lie between the base knots of this curve.
-    #[inline(always)]
-    fn neighbours(&self, floating: &[Knot<N>], index: usize, grid: &Grid<N>) -> (Knot<N>, Knot<N>) {
-        let k = floating[index].above as usize;
-        let beside =
-            |other: Option<&Knot<N>>| other.filter(|other| other.above as usize == k).copied();
-        let below = beside(index.checked_sub(1).map(|before| &floating[before]));
-        let above = beside(floating.get(index + 1));
-        (
-            below.unwrap_or_else(|| self.settled(grid, k)),
-            above.unwrap_or_else(|| self.settled(grid, k + 1)),
-        )
     }
 }

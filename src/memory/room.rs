@@ -19,11 +19,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
             self.base_slips = base.fold(0, |bits, (k, (node, e))| {
                 bits | u64::from(is_outside(node.r, &Vector::from(*e), self.d)) << k
             });
-            let floating = self.start.floating.iter().enumerate();
-            self.floating_slips = floating.fold(0, |bits, (index, knot)| {
-                bits | u64::from(is_outside(knot.r, &knot.e, self.d)) << index
-            });
-            self.settle_order();
+            self.mark_floating(&Vector::zeros());
             if self.needed() <= room || !self.drop_least(full) {
                 return;
             }
@@ -36,13 +32,12 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         let (mut needed, mut slips) = (0, true);
         for k in 0..self.grid.nodes.len() {
             while let Some((index, _)) = floating.next_if(|(_, knot)| knot.above == k) {
-                let here = self.floating_slips >> index & 1 == 1;
+                let here = self.floating_slips(index);
                 needed += usize::from(!here) + usize::from(here != slips);
                 slips = here;
             }
-            let here = self.base_slips >> k & 1 == 1;
-            needed += usize::from(here != slips);
-            slips = here;
+            needed += usize::from(self.slips(k) != slips);
+            slips = self.slips(k);
         }
         needed
     }
@@ -57,7 +52,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         let knots: ArrayVec<_, MAX_FLOATING> = floating
             .map(|knot| Knot::new(knot.r, knot.e, &self.backbone.at(knot.r), knot.above, false))
             .collect();
-        let sticks = |index: usize| self.floating_slips >> index & 1 == 0;
+        let sticks = |index: usize| !self.floating_slips(index);
         let least = self.start.least(&knots, self.grid, sticks);
         if let Some((index, weight)) = least {
             self.start.floating.remove(index);
@@ -97,5 +92,18 @@ impl<const N: usize> Curve<N> {
                 (index, loss / scale)
             });
         weights.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The knots next to a floating one: `floating` lie between the base knots of this curve.
+    fn neighbours(&self, floating: &[Knot<N>], index: usize, grid: &Grid<N>) -> (Knot<N>, Knot<N>) {
+        let k = floating[index].above as usize;
+        let beside =
+            |other: Option<&Knot<N>>| other.filter(|other| other.above as usize == k).copied();
+        let below = beside(index.checked_sub(1).map(|before| &floating[before]));
+        let above = beside(floating.get(index + 1));
+        (
+            below.unwrap_or_else(|| self.settled(grid, k)),
+            above.unwrap_or_else(|| self.settled(grid, k + 1)),
+        )
     }
 }

@@ -101,7 +101,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         }
         let mut moved = self.start.move_base(self.grid, self.d, end);
         self.base_slips = moved.slips;
-        self.mark_floating();
+        self.mark_floating(self.d);
         let mut chain = Chain::new();
         let passed = loop {
             match self.place_fronts(&mut chain, end) {
@@ -115,7 +115,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
                         chain.drop_to(room, self.grid, end, &mut full);
                         break passed;
                     }
-                    self.mark_floating();
+                    self.mark_floating(self.d);
                 }
             }
         };
@@ -165,7 +165,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
     /// Where the contact stands after a slip.
     #[inline(always)]
     fn contact(&self, front_slope: f64) -> Contact {
-        if self.base_slips >> (self.count() - 1) & 1 == 1 {
+        if self.slips(self.count() - 1) {
             Contact::GrossSlip
         } else if front_slope >= STICK * self.grid.initial_slope {
             Contact::Stick
@@ -180,12 +180,12 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         if N == 1 { 1 } else { self.grid.nodes.len() }
     }
 
-    /// Marks the floating knots that slip.
+    /// Marks the floating knots that slip when all have moved by `shift`; the base knots have been marked.
     #[inline(always)]
-    fn mark_floating(&mut self) {
+    pub(super) fn mark_floating(&mut self, shift: &Vector<N>) {
         self.floating_slips = 0;
         for (index, knot) in self.start.floating.iter().enumerate() {
-            let slips = is_outside(knot.r, &(knot.e + self.d), self.d);
+            let slips = is_outside(knot.r, &(knot.e + shift), self.d);
             self.floating_slips |= u64::from(slips) << index;
         }
         self.settle_order();
@@ -193,7 +193,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
 
     /// In one direction everything below the largest outside knot is outside.
     #[inline(always)]
-    pub(super) fn settle_order(&mut self) {
+    fn settle_order(&mut self) {
         if N == 1 {
             self.floating_slips = if self.base_slips == 1 {
                 u64::MAX
@@ -258,7 +258,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
             {
                 let values = self.backbone.at(knot.r);
                 let e = knot.e + self.d;
-                let slips = self.floating_slips >> index & 1 == 1;
+                let slips = self.floating_slips(index);
                 let here = Trial::new(knot.r, e, values.loss, slips);
                 if below.slips != slips {
                     let Some(front) = self.place_front(&below, &here, k, chain, end, &mut passed)
@@ -388,9 +388,16 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         }
     }
 
+    /// Whether base knot k slips.
     #[inline(always)]
-    fn slips(&self, k: usize) -> bool {
+    pub(super) fn slips(&self, k: usize) -> bool {
         self.base_slips >> k & 1 == 1
+    }
+
+    /// Whether floating knot `index` slips.
+    #[inline(always)]
+    pub(super) fn floating_slips(&self, index: usize) -> bool {
+        self.floating_slips >> index & 1 == 1
     }
 
     /// How base knot k turns on its limit: r / |trial| (I - n n^T).
