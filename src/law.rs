@@ -198,7 +198,8 @@ impl<const N: usize> Law<N> {
         let increment = tangential - Vector::from_column_slice(&header.jump[..N]);
         for index in 0..N {
             check_length(
-                &format_args!("opening[{}]", 1 + index),
+                "opening",
+                1 + index,
                 tangential[index],
                 increment[index],
                 gcr,
@@ -232,7 +233,7 @@ impl<const N: usize> Law<N> {
         check_finite(&"pressure", pressure)?;
         let d = slip_increment / gcr;
         for (index, slip) in slip_increment.iter().enumerate() {
-            check_length(&format_args!("slip_increment[{index}]"), *slip, *slip, gcr)?;
+            check_length("slip_increment", index, *slip, *slip, gcr)?;
         }
         let mut header = old;
         if pressure <= 0.0 {
@@ -367,22 +368,22 @@ fn check_critical_slip(gcr: f64) -> Result<(), Error> {
     ))
 }
 
-/// Refuses the argument `name` where the slip that follows from it is no number, or too long.
+/// Refuses number `index` of the argument `array` where the slip that follows from it is no number, or too long.
 #[inline(always)]
-fn check_length(name: &impl Display, value: f64, slip: f64, gcr: f64) -> Result<(), Error> {
+fn check_length(array: &str, index: usize, value: f64, slip: f64, gcr: f64) -> Result<(), Error> {
     // Not a number is neither.
     if (slip / gcr).abs() <= LONGEST {
         return Ok(());
     }
-    Err(too_long(name, value, gcr))
+    Err(too_long(array, index, value, gcr))
 }
 
 #[cold]
-fn too_long(name: &impl Display, value: f64, gcr: f64) -> Error {
+fn too_long(array: &str, index: usize, value: f64, gcr: f64) -> Error {
     Error::new(
         Kind::BadInput,
         format!(
-            "{name} = {value:?}: must be finite and a slip of no more than {LONGEST:e} critical slips ({gcr:?})"
+            "{array}[{index}] = {value:?}: must be finite and a slip of no more than {LONGEST:e} critical slips ({gcr:?})"
         ),
     )
 }
