@@ -6,7 +6,6 @@
 use super::grid::{Grid, Lanes};
 use super::lane::{Lane, WIDTH};
 use super::{Curve, Matrix, Vector, is_outside, length};
-use crate::state::MAX_BASE;
 use std::array::from_fn;
 
 /// What the base grid alone gives.
@@ -30,14 +29,9 @@ impl<const N: usize> Curve<N> {
         let mut slips = 0;
         // It has room for as many.
         let _ = end.base.try_extend_from_slice(&self.base);
-        let mut knots = end.base[1..].as_chunks_mut::<WIDTH>().0.iter_mut();
-        let (first, second) = grid.lanes.split_at(grid.lanes.len().min(BLOCK / WIDTH));
-        for (block, lanes) in [first, second].into_iter().enumerate() {
-            sums.slips = Lane::ZERO;
-            for (lanes, knots) in lanes.iter().zip(&mut knots) {
-                sums.add(lanes, knots, d);
-            }
-            slips |= u64::from(sums.slips.sum() as u32) << (block * BLOCK);
+        let knots = end.base[1..].as_chunks_mut::<WIDTH>().0.iter_mut();
+        for (chunk, (lanes, knots)) in grid.lanes.iter().zip(knots).enumerate() {
+            slips |= sums.add(lanes, knots, d) << (chunk * WIDTH);
         }
         Moved {
             slips,
@@ -87,14 +81,8 @@ impl<const N: usize> Curve<N> {
     }
 }
 
-/// Knots whose bits one sum holds exactly; two sums are enough for the largest grid.
-const BLOCK: usize = 32;
-const _: () = assert!(2 * BLOCK >= MAX_BASE);
-
 /// Sums over the base knots, lane by lane.
 struct Sums<const N: usize> {
-    /// Sum of the bits of the knots that slip.
-    slips: Lane,
     dissipated: Lane,
     /// Weight times gain times n n^T: lower triangle.
     turn: [[Lane; N]; N],
@@ -103,21 +91,20 @@ struct Sums<const N: usize> {
 impl<const N: usize> Sums<N> {
     fn new() -> Self {
         Sums {
-            slips: Lane::ZERO,
             dissipated: Lane::ZERO,
             turn: [[Lane::ZERO; N]; N],
         }
     }
 
-    /// Moves some knots and brings those that slip back onto their limits.
+    /// Moves some knots and brings those that slip back onto their limits; gives which do, bit by bit.
     #[inline(always)]
-    fn add(&mut self, lanes: &Lanes, knots: &mut [[f64; N]; WIDTH], d: &Vector<N>) {
+    fn add(&mut self, lanes: &Lanes, knots: &mut [[f64; N]; WIDTH], d: &Vector<N>) -> u64 {
         let mut e: [Lane; N] = from_fn(|i| Lane(from_fn(|lane| knots[lane][i])) + Lane::all(d[i]));
         let length2 = dot(&e, &e);
         let slips = length2.reaches(lanes.outside, dot(&e, &from_fn(|i| Lane::all(d[i]))));
-        if slips.any() {
+        let bits = slips.bits();
+        if bits != 0 {
             let one = slips.number();
-            self.slips = self.slips + one * lanes.bit;
             // Of those that stick the limit itself, so that they stay what they are.
             let length = slips.pick(length2.sqrt(), lanes.r);
             let gain = lanes.r / length;
@@ -134,6 +121,7 @@ impl<const N: usize> Sums<N> {
             }
         }
         *knots = from_fn(|lane| from_fn(|i| e[i].0[lane]));
+        bits
     }
 
     /// Weight times gain times (I - n n^T).

@@ -35,8 +35,6 @@ pub(super) struct Lanes {
     pub(super) outside: Lane,
     /// Squared length that a deflection may have.
     limit2: Lane,
-    /// 2^k, counted anew every 32 knots: sums of these are exact.
-    pub(super) bit: Lane,
     /// Weight of a slipping knot's excess over its limit in the dissipated energy: secant of G above - secant below.
     pub(super) loss: Lane,
     /// Weight over r^2: weight times n n^T for a knot that slips in the direction n is this times e e^T.
@@ -112,7 +110,6 @@ impl<const N: usize> Grid<N> {
                     r: column(&|_, node| node.r, 2.0),
                     outside: column(&|_, node| node.outside, f64::INFINITY),
                     limit2: column(&|_, node| node.r * node.r * (1.0 + ROUNDING), 1.0),
-                    bit: column(&|k, _| f64::from(1u32 << (k % 32)), 0.0),
                     loss: column(&|k, node| secant_above(k) - node.loss_secant, 0.0),
                     turn: column(&|_, node| node.weight / (node.r * node.r), 0.0),
                 }

@@ -60,9 +60,11 @@ impl Lane {
 }
 
 impl Mask {
+    /// Bit i: the condition of knot i.
     #[inline(always)]
-    pub(super) fn any(self) -> bool {
-        self.0.iter().any(|holds| *holds)
+    pub(super) fn bits(self) -> u64 {
+        let bits = self.0.iter().enumerate();
+        bits.fold(0, |bits, (i, holds)| bits | u64::from(*holds) << i)
     }
 
     /// 1 where it holds, 0 elsewhere.
