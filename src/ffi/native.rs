@@ -8,7 +8,7 @@ use super::user::{array, null, write};
 use crate::error::{Error, Kind};
 use crate::law::{Law, default_state_size};
 use crate::memory::{Curve, Vector};
-use crate::state::Layout;
+use crate::state::{Contact, Layout};
 use arrayvec::ArrayVec;
 use libc::{c_char, c_double};
 use std::cell::RefCell;
@@ -34,13 +34,26 @@ pub const MEPC_BAD_INPUT: i32 = -4;
 /// Status: a defect of the library (a caught panic).
 pub const MEPC_INTERNAL: i32 = -5;
 
-// The header needs plain numbers; they are the discriminants of `Kind`.
+/// Contact status, the first number of a state: open, or never closed.
+pub const MEPC_CONTACT_OPEN: i32 = 0;
+/// Contact status: no more than a hundredth of the stiffness has slipped.
+pub const MEPC_CONTACT_STICK: i32 = 1;
+/// Contact status: part of the contact slips.
+pub const MEPC_CONTACT_MICRO_SLIP: i32 = 2;
+/// Contact status: all of it slips.
+pub const MEPC_CONTACT_GROSS_SLIP: i32 = 3;
+
+// The header needs plain numbers; they are the discriminants of `Kind` and `Contact`.
 const _: () = assert!(
     MEPC_NULL_POINTER == Kind::NullPointer as i32
         && MEPC_BAD_PROPERTY == Kind::BadProperty as i32
         && MEPC_BAD_STATE == Kind::BadState as i32
         && MEPC_BAD_INPUT == Kind::BadInput as i32
         && MEPC_INTERNAL == Kind::Internal as i32
+        && MEPC_CONTACT_OPEN == Contact::Open as i32
+        && MEPC_CONTACT_STICK == Contact::Stick as i32
+        && MEPC_CONTACT_MICRO_SLIP == Contact::MicroSlip as i32
+        && MEPC_CONTACT_GROSS_SLIP == Contact::GrossSlip as i32
 );
 
 thread_local! {
@@ -407,7 +420,7 @@ pub unsafe extern "C" fn mepc_state_size(props: *const c_double, nprops: i32, nd
     }))
 }
 
-/// The name of state variable `index` (0-based); NULL past the end. Valid as long as the law.
+/// The name of state variable index (0-based); NULL past the end. Valid as long as the law.
 ///
 /// # Safety
 /// law is NULL or came from mepc_law_new.
@@ -432,7 +445,7 @@ pub unsafe extern "C" fn mepc_state_name(law: *const mepc_law, index: i32) -> *c
 /// A pure function of law, state0, slip_increment and pressure: repeat, reject and restart at will.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_friction(
     law: *const mepc_law,
@@ -478,7 +491,7 @@ pub unsafe extern "C" fn mepc_friction(
 /// Returns and guarantees as mepc_friction.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_interface(
     law: *const mepc_law,
@@ -519,7 +532,7 @@ pub unsafe extern "C" fn mepc_interface(
 /// mepc_last_error tells of the first point with the returned status. The result does not depend on threads.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_friction_batch(
     law: *const mepc_law,
@@ -579,7 +592,7 @@ pub unsafe extern "C" fn mepc_friction_batch(
 /// mepc_friction_batch.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_interface_batch(
     law: *const mepc_law,
