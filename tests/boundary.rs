@@ -358,68 +358,57 @@ fn used_state(law: &NativeLaw) -> Vec<f64> {
     state
 }
 
+/// What a call may be given NULL for, all after state1 and traction, changes nothing else; for what it may not: -1, the
+/// argument's name, and nothing written.
+fn check_null_rules<C: WatchedCall>(good: impl Fn() -> C, inputs: &[(&str, &dyn Fn(&mut C))]) {
+    let mut all = good();
+    assert_eq!(all.call(), 0);
+    let expected = all.values();
+    assert!(all.outputs().iter().flatten().all(|o| !o.untouched()));
+    assert!(
+        (expected.iter().flatten()).all(|x| x.is_finite() && x.abs() < 1e9),
+        "all of it was written"
+    );
+    for left_out in 0..1 << (expected.len() - 2) {
+        let mut some = good();
+        for (bit, output) in some.outputs()[2..].iter_mut().enumerate() {
+            if left_out & (1 << bit) != 0 {
+                *output = None;
+            }
+        }
+        assert_eq!(some.call(), 0);
+        for (output, expected) in some.outputs().iter().zip(&expected) {
+            assert!(output.as_ref().is_none_or(|o| o.values() == expected));
+        }
+    }
+    let refused = |name: &str, change: &dyn Fn(&mut C)| {
+        let mut bad = good();
+        change(&mut bad);
+        assert_eq!(bad.call(), NULL_POINTER, "{name}");
+        let words = format!("{name} = NULL");
+        assert!(last_error().contains(&words), "{}", last_error());
+        assert!(bad.untouched(), "{name}");
+    };
+    for (name, change) in inputs {
+        refused(name, change);
+    }
+    refused("state1", &|bad| bad.outputs()[0] = None);
+    refused("traction", &|bad| bad.outputs()[1] = None);
+}
+
 #[test]
 fn friction_null_rules_and_canaries() {
     for ndir in [1, 2] {
         let law = NativeLaw::new(&props(), ndir);
         let (slip, state0) = (vec![4e-4; ndir], used_state(&law));
-        let call = || FrictionCall::new(&law, &slip, 50.0, &state0);
-        let mut all = call();
-        assert_eq!(all.call(), 0);
-        let expected: Vec<Vec<f64>> = all
-            .outputs
-            .iter()
-            .flatten()
-            .map(|output| output.values().to_vec())
-            .collect();
-        assert!(
-            all.outputs
-                .iter()
-                .flatten()
-                .all(|output| !output.untouched())
+        check_null_rules(
+            || FrictionCall::new(&law, &slip, 50.0, &state0),
+            &[
+                ("law", &|bad: &mut FrictionCall| bad.law = null_mut()),
+                ("slip_increment", &|bad: &mut FrictionCall| bad.slip = None),
+                ("state0", &|bad: &mut FrictionCall| bad.state0 = None),
+            ],
         );
-        assert!(
-            expected
-                .iter()
-                .flatten()
-                .all(|x| x.is_finite() && x.abs() < 1e9),
-            "all of it was written"
-        );
-
-        // What may be NULL changes nothing else.
-        for left_out in 0..8 {
-            let mut some = call();
-            for (bit, output) in [2, 3, 4].into_iter().enumerate() {
-                if left_out & (1 << bit) != 0 {
-                    some.outputs[output] = None;
-                }
-            }
-            assert_eq!(some.call(), 0);
-            for (output, expected) in some.outputs.iter().zip(&expected) {
-                assert!(
-                    output
-                        .as_ref()
-                        .is_none_or(|output| output.values() == expected)
-                );
-            }
-        }
-        // What may not: -1, the argument's name, nothing written.
-        let refused = |name: &str, change: &dyn Fn(&mut FrictionCall)| {
-            let mut bad = call();
-            change(&mut bad);
-            assert_eq!(bad.call(), NULL_POINTER, "{name}");
-            assert!(
-                last_error().contains(&format!("{name} = NULL")),
-                "{}",
-                last_error()
-            );
-            assert!(bad.untouched(), "{name}");
-        };
-        refused("law", &|bad| bad.law = null_mut());
-        refused("slip_increment", &|bad| bad.slip = None);
-        refused("state0", &|bad| bad.state0 = None);
-        refused("state1", &|bad| bad.outputs[0] = None);
-        refused("traction", &|bad| bad.outputs[1] = None);
     }
 }
 
@@ -428,54 +417,14 @@ fn interface_null_rules_and_canaries() {
     for ndir in [1, 2] {
         let law = NativeLaw::new(&props(), ndir);
         let (opening, state0) = ([-5e-3, 4e-4, -3e-4], used_state(&law));
-        let opening = &opening[..=ndir];
-        let call = || InterfaceCall::new(&law, opening, &state0);
-        let mut all = call();
-        assert_eq!(all.call(), 0);
-        let expected: Vec<Vec<f64>> = all
-            .outputs
-            .iter()
-            .flatten()
-            .map(|output| output.values().to_vec())
-            .collect();
-        assert!(
-            all.outputs
-                .iter()
-                .flatten()
-                .all(|output| !output.untouched())
+        check_null_rules(
+            || InterfaceCall::new(&law, &opening[..=ndir], &state0),
+            &[
+                ("law", &|bad: &mut InterfaceCall| bad.law = null_mut()),
+                ("opening", &|bad: &mut InterfaceCall| bad.opening = None),
+                ("state0", &|bad: &mut InterfaceCall| bad.state0 = None),
+            ],
         );
-        for left_out in 0..4 {
-            let mut some = call();
-            for (bit, output) in [2, 3].into_iter().enumerate() {
-                if left_out & (1 << bit) != 0 {
-                    some.outputs[output] = None;
-                }
-            }
-            assert_eq!(some.call(), 0);
-            for (output, expected) in some.outputs.iter().zip(&expected) {
-                assert!(
-                    output
-                        .as_ref()
-                        .is_none_or(|output| output.values() == expected)
-                );
-            }
-        }
-        let refused = |name: &str, change: &dyn Fn(&mut InterfaceCall)| {
-            let mut bad = call();
-            change(&mut bad);
-            assert_eq!(bad.call(), NULL_POINTER, "{name}");
-            assert!(
-                last_error().contains(&format!("{name} = NULL")),
-                "{}",
-                last_error()
-            );
-            assert!(bad.untouched(), "{name}");
-        };
-        refused("law", &|bad| bad.law = null_mut());
-        refused("opening", &|bad| bad.opening = None);
-        refused("state0", &|bad| bad.state0 = None);
-        refused("state1", &|bad| bad.outputs[0] = None);
-        refused("traction", &|bad| bad.outputs[1] = None);
     }
 }
 
