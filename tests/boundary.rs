@@ -358,9 +358,12 @@ fn used_state(law: &NativeLaw) -> Vec<f64> {
     state
 }
 
+/// How a call is spoiled, under the name of the argument.
+type Spoiled<'a, C> = (&'a str, &'a dyn Fn(&mut C));
+
 /// What a call may be given NULL for, all after state1 and traction, changes nothing else; for what it may not: -1, the
 /// argument's name, and nothing written.
-fn check_null_rules<C: WatchedCall>(good: impl Fn() -> C, inputs: &[(&str, &dyn Fn(&mut C))]) {
+fn check_null_rules<C: WatchedCall>(good: impl Fn() -> C, inputs: &[Spoiled<C>]) {
     let mut all = good();
     assert_eq!(all.call(), 0);
     let expected = all.values();
