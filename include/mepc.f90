@@ -26,6 +26,10 @@ module mepc
     ! What a caller needs to hold a law, or to pass no law.
     public :: c_ptr, c_null_ptr
 
+    !> Version of the interface that is described here; a program compares it with what mepc_abi_version() gives. (In C it
+    !> is MEPC_ABI_VERSION, a name that Fortran cannot tell from the function's.)
+    integer(c_int32_t), parameter, public :: mepc_abi = 1
+
     !> Statuses.
     integer(c_int32_t), parameter, public :: mepc_ok = 0
     integer(c_int32_t), parameter, public :: mepc_memory_full = 1        !< a remembered reversal had to be dropped
@@ -33,16 +37,18 @@ module mepc
     integer(c_int32_t), parameter, public :: mepc_bad_property = -2
     integer(c_int32_t), parameter, public :: mepc_bad_state = -3         !< too short or damaged
     integer(c_int32_t), parameter, public :: mepc_bad_input = -4         !< not finite, or a wrong size
-    integer(c_int32_t), parameter, public :: mepc_internal = -5              !< a defect of the library
+    integer(c_int32_t), parameter, public :: mepc_internal = -5          !< a defect of the library
 
     !> Values of the first state variable, the contact status.
-    integer, parameter, public :: mepc_open = 0
-    integer, parameter, public :: mepc_stick = 1
-    integer, parameter, public :: mepc_micro_slip = 2
-    integer, parameter, public :: mepc_gross_slip = 3
+    integer(c_int32_t), parameter, public :: mepc_contact_open = 0       !< open, or never closed
+    integer(c_int32_t), parameter, public :: mepc_contact_stick = 1
+    integer(c_int32_t), parameter, public :: mepc_contact_micro_slip = 2
+    integer(c_int32_t), parameter, public :: mepc_contact_gross_slip = 3
+    !> The names that two of these had first.
+    integer(c_int32_t), parameter, public :: mepc_open = mepc_contact_open, mepc_gross_slip = mepc_contact_gross_slip
 
     interface
-        !> Version of the C interface, 1 for the one that is described here.
+        !> Version of the interface that the library offers: a program stops where it is not mepc_abi.
         function mepc_abi_version() result(version) bind(c, name="mepc_abi_version")
             import :: c_int32_t
             integer(c_int32_t) :: version

@@ -53,6 +53,26 @@
 #define MEPC_INTERNAL -5
 
 /*
+ Contact status, the first number of a state: open, or never closed.
+ */
+#define MEPC_CONTACT_OPEN 0
+
+/*
+ Contact status: no more than a hundredth of the stiffness has slipped.
+ */
+#define MEPC_CONTACT_STICK 1
+
+/*
+ Contact status: part of the contact slips.
+ */
+#define MEPC_CONTACT_MICRO_SLIP 2
+
+/*
+ Contact status: all of it slips.
+ */
+#define MEPC_CONTACT_GROSS_SLIP 3
+
+/*
  A contact law: properties checked once, and everything that follows from them.
 
  Made by mepc_law_new, released by mepc_law_free. Immutable: any number of threads may use one law at once.
@@ -94,7 +114,6 @@ const char *mepc_last_error(void);
 
  Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY, MEPC_BAD_STATE (nstate too small or above 1000000), MEPC_BAD_INPUT (ndir, nprops).
 
- # Safety
  props points to nprops numbers, law to a writable pointer.
  */
 int32_t mepc_law_new(const double *props,
@@ -106,7 +125,6 @@ int32_t mepc_law_new(const double *props,
 /*
  Releases a law; NULL is allowed and does nothing.
 
- # Safety
  law came from mepc_law_new and is not used afterwards.
  */
 void mepc_law_free(mepc_law *law);
@@ -116,7 +134,6 @@ void mepc_law_free(mepc_law *law);
 
  A state may be longer (up to 64 reversals are used) or shorter (2 at least).
 
- # Safety
  props points to nprops numbers.
  */
 int32_t mepc_state_size(const double *props,
@@ -124,9 +141,8 @@ int32_t mepc_state_size(const double *props,
                         int32_t ndir);
 
 /*
- The name of state variable `index` (0-based); NULL past the end. Valid as long as the law.
+ The name of state variable index (0-based); NULL past the end. Valid as long as the law.
 
- # Safety
  law is NULL or came from mepc_law_new.
  */
 const char *mepc_state_name(const mepc_law *law, int32_t index);
@@ -145,8 +161,7 @@ const char *mepc_state_name(const mepc_law *law, int32_t index);
  Returns 0, MEPC_MEMORY_FULL (a valid result), or a negative status; outputs are written only when it is not negative.
  A pure function of law, state0, slip_increment and pressure: repeat, reject and restart at will.
 
- # Safety
- Pointers are as described.
+ law came from mepc_law_new, and arrays are as long as described.
  */
 int32_t mepc_friction(const mepc_law *law,
                       const double *slip_increment,
@@ -169,8 +184,7 @@ int32_t mepc_friction(const mepc_law *law,
 
  Returns and guarantees as mepc_friction.
 
- # Safety
- Pointers are as described.
+ law came from mepc_law_new, and arrays are as long as described.
  */
 int32_t mepc_interface(const mepc_law *law,
                        const double *opening,
@@ -190,8 +204,7 @@ int32_t mepc_interface(const mepc_law *law,
  Returns the most negative status, else the largest; points that fail leave their outputs untouched, and
  mepc_last_error tells of the first point with the returned status. The result does not depend on threads.
 
- # Safety
- Pointers are as described.
+ law came from mepc_law_new, and arrays are as long as described.
  */
 int32_t mepc_friction_batch(const mepc_law *law,
                             int64_t n,
@@ -213,8 +226,7 @@ int32_t mepc_friction_batch(const mepc_law *law,
  tangent [n*(1+ndir)*(1+ndir)] or NULL, energy [n*2] or NULL. statuses, threads and the result as in
  mepc_friction_batch.
 
- # Safety
- Pointers are as described.
+ law came from mepc_law_new, and arrays are as long as described.
  */
 int32_t mepc_interface_batch(const mepc_law *law,
                              int64_t n,
@@ -237,7 +249,6 @@ int32_t mepc_interface_batch(const mepc_law *law,
 
  Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY (params), MEPC_BAD_INPUT.
 
- # Safety
  Arrays are as long as described.
  */
 int32_t mepc_iwan_force(const double *params,
@@ -259,7 +270,6 @@ int32_t mepc_iwan_force(const double *params,
  A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT.
  Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_INPUT (mepc_last_error tells what is wrong with the data).
 
- # Safety
  Arrays are as long as described.
  */
 int32_t mepc_iwan_identify(int64_t n,

@@ -19,6 +19,11 @@ struct Batch {
 /// What a batch gives: all outputs in one row, and the statuses.
 type BatchOutputs = (i32, Vec<Vec<f64>>, Vec<i32>);
 
+fn all(outputs: &[Watched]) -> Vec<Vec<f64>> {
+    let values = outputs.iter().map(|output| output.values().to_vec());
+    values.collect()
+}
+
 impl Batch {
     fn new(ndir: usize, n: usize) -> Self {
         let law = NativeLaw::with_state_size(&props(), ndir, least_state(ndir, [1, 16][ndir - 1]));
@@ -75,14 +80,7 @@ impl Batch {
                 threads,
             )
         };
-        (
-            worst,
-            outputs
-                .iter()
-                .map(|output| output.values().to_vec())
-                .collect(),
-            statuses,
-        )
+        (worst, all(&outputs), statuses)
     }
 
     fn interface(&self, threads: i32) -> BatchOutputs {
@@ -105,14 +103,7 @@ impl Batch {
                 threads,
             )
         };
-        (
-            worst,
-            outputs
-                .iter()
-                .map(|output| output.values().to_vec())
-                .collect(),
-            statuses,
-        )
+        (worst, all(&outputs), statuses)
     }
 
     /// The same, point by point.
@@ -122,31 +113,17 @@ impl Batch {
         for k in 0..self.n {
             let (nstate, ndir) = (self.law.nstate, self.law.ndir);
             let state0 = &self.state0[k * nstate..][..nstate];
-            let (status, values): (i32, Vec<Vec<f64>>) = if interface {
+            let (status, values) = if interface {
                 let mut call = InterfaceCall::new(
                     &self.law,
                     &self.opening[k * (1 + ndir)..][..1 + ndir],
                     state0,
                 );
-                (
-                    call.call(),
-                    call.outputs
-                        .iter()
-                        .flatten()
-                        .map(|output| output.values().to_vec())
-                        .collect(),
-                )
+                (call.call(), call.values())
             } else {
                 let slip = &self.slip[k * ndir..][..ndir];
                 let mut call = FrictionCall::new(&self.law, slip, self.pressure[k], state0);
-                (
-                    call.call(),
-                    call.outputs
-                        .iter()
-                        .flatten()
-                        .map(|output| output.values().to_vec())
-                        .collect(),
-                )
+                (call.call(), call.values())
             };
             for (all, values) in outputs.iter_mut().zip(values) {
                 all.extend(values);

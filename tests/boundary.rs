@@ -3,38 +3,73 @@
 mod support;
 
 use mepc::{Law, Vector};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ptr::{null, null_mut};
 use support::native::*;
 use support::{least_state, segalman, unit, with};
 
+/// The whole numbers that header and module name, by their names in the header: MEPC_x in C, mepc_x in Fortran.
+fn constants() -> [BTreeMap<String, i32>; 2] {
+    let read = |path| std::fs::read_to_string(path).expect(path);
+    let number = |(name, value): (&str, &str)| {
+        let value = value.trim().parse().ok()?;
+        Some((name.trim().to_uppercase(), value))
+    };
+    let header = read("include/mepc.h");
+    let defined = header.lines().filter_map(|line| {
+        let define = line.strip_prefix("#define MEPC_")?;
+        number(define.split_once(' ')?)
+    });
+    let module = read("include/mepc.f90");
+    let parameters = module.lines().filter_map(|line| {
+        let (_, parameter) = line.split_once("parameter, public :: mepc_")?;
+        number(parameter.split("!<").next()?.split_once('=')?)
+    });
+    let mut constants = [defined.collect(), parameters.collect::<BTreeMap<_, _>>()];
+    // What has another name there: no constant is called as a function.
+    let abi = constants[1].remove("ABI").expect("mepc_abi");
+    constants[1].insert("ABI_VERSION".to_string(), abi);
+    // A status that C programs write as 0.
+    assert_eq!(constants[1].remove("OK"), Some(0));
+    constants
+}
+
 #[test]
-fn exported_symbols_are_the_frozen_ones() {
-    let library = library_path();
-    let nm = std::process::Command::new("nm")
-        .args(["-D", "--defined-only"])
-        .arg(&library)
-        .output()
-        .expect("nm, which comes with the linker");
-    assert!(
-        nm.status.success(),
-        "{}",
-        String::from_utf8_lossy(&nm.stderr)
-    );
-    let listing = String::from_utf8(nm.stdout).expect("text");
-    let exported: BTreeSet<&str> = listing
-        .lines()
-        .filter_map(|line| line.split_whitespace().nth(2))
-        .collect();
-    let frozen = std::fs::read_to_string("tests/symbols.txt").expect("the list of symbols");
-    let frozen: BTreeSet<&str> = frozen
-        .lines()
-        .filter(|line| !line.starts_with('#'))
-        .collect();
-    let differences: Vec<_> = exported.symmetric_difference(&frozen).collect();
-    assert!(differences.is_empty(), "new or gone: {differences:?}");
-    for needed in ["mepc_friction", "mepc_interface", "fric_", "fric"] {
-        assert!(exported.contains(needed), "{needed}");
+fn constants_of_header_and_module_are_those_of_the_library() {
+    let [header, module] = constants();
+    assert_eq!(header, module);
+    // SAFETY: no arguments.
+    let mut expected = vec![("ABI_VERSION", unsafe { (native().mepc_abi_version)() })];
+    expected.extend([
+        ("MEMORY_FULL", MEMORY_FULL),
+        ("NULL_POINTER", NULL_POINTER),
+        ("BAD_PROPERTY", BAD_PROPERTY),
+        ("BAD_STATE", BAD_STATE),
+        ("BAD_INPUT", BAD_INPUT),
+        ("INTERNAL", INTERNAL),
+    ]);
+    // The contact status of a point on its way from closing to gross slip, and of the point that opens after that.
+    let law = NativeLaw::new(&props(), 1);
+    let mut state = vec![0.0; law.nstate];
+    for (name, slip, pressure) in [
+        ("CONTACT_STICK", 0.0, 50.0),
+        ("CONTACT_MICRO_SLIP", 1e-3, 50.0),
+        ("CONTACT_GROSS_SLIP", 3e-3, 50.0),
+        ("CONTACT_OPEN", 0.0, 0.0),
+    ] {
+        assert_eq!(law.friction(&[slip], pressure, &mut state).status, 0);
+        expected.push((name, state[0] as i32));
+    }
+    let expected = expected.into_iter().map(|(name, n)| (name.to_string(), n));
+    assert_eq!(header, expected.collect());
+}
+
+/// Its comments are those of the Rust source: no headings and paths of rustdoc may come along.
+#[test]
+fn the_header_speaks_c() {
+    let header = std::fs::read_to_string("include/mepc.h").expect("the header");
+    for rust in ["# Safety", "::", "[`"] {
+        assert!(!header.contains(rust), "{rust}");
     }
 }
 
@@ -323,68 +358,60 @@ fn used_state(law: &NativeLaw) -> Vec<f64> {
     state
 }
 
+/// How a call is spoiled, under the name of the argument.
+type Spoiled<'a, C> = (&'a str, &'a dyn Fn(&mut C));
+
+/// What a call may be given NULL for, all after state1 and traction, changes nothing else; for what it may not: -1, the
+/// argument's name, and nothing written.
+fn check_null_rules<C: WatchedCall>(good: impl Fn() -> C, inputs: &[Spoiled<C>]) {
+    let mut all = good();
+    assert_eq!(all.call(), 0);
+    let expected = all.values();
+    assert!(all.outputs().iter().flatten().all(|o| !o.untouched()));
+    assert!(
+        (expected.iter().flatten()).all(|x| x.is_finite() && x.abs() < 1e9),
+        "all of it was written"
+    );
+    for left_out in 0..1 << (expected.len() - 2) {
+        let mut some = good();
+        for (bit, output) in some.outputs()[2..].iter_mut().enumerate() {
+            if left_out & (1 << bit) != 0 {
+                *output = None;
+            }
+        }
+        assert_eq!(some.call(), 0);
+        for (output, expected) in some.outputs().iter().zip(&expected) {
+            assert!(output.as_ref().is_none_or(|o| o.values() == expected));
+        }
+    }
+    let refused = |name: &str, change: &dyn Fn(&mut C)| {
+        let mut bad = good();
+        change(&mut bad);
+        assert_eq!(bad.call(), NULL_POINTER, "{name}");
+        let words = format!("{name} = NULL");
+        assert!(last_error().contains(&words), "{}", last_error());
+        assert!(bad.untouched(), "{name}");
+    };
+    for (name, change) in inputs {
+        refused(name, change);
+    }
+    refused("state1", &|bad| bad.outputs()[0] = None);
+    refused("traction", &|bad| bad.outputs()[1] = None);
+}
+
 #[test]
 fn friction_null_rules_and_canaries() {
     for ndir in [1, 2] {
         let law = NativeLaw::new(&props(), ndir);
         let (slip, state0) = (vec![4e-4; ndir], used_state(&law));
-        let call = || FrictionCall::new(&law, &slip, 50.0, &state0);
-        let mut all = call();
-        assert_eq!(all.call(), 0);
-        let expected: Vec<Vec<f64>> = all
-            .outputs
-            .iter()
-            .flatten()
-            .map(|output| output.values().to_vec())
-            .collect();
-        assert!(
-            all.outputs
-                .iter()
-                .flatten()
-                .all(|output| !output.untouched())
+        check_null_rules(
+            || FrictionCall::new(&law, &slip, 50.0, &state0),
+            &[
+                ("law", &|bad: &mut FrictionCall| bad.law = null_mut()),
+                ("slip_increment", &|bad: &mut FrictionCall| bad.slip = None),
+                ("state0", &|bad: &mut FrictionCall| bad.state0 = None),
+            ],
         );
-        assert!(
-            expected
-                .iter()
-                .flatten()
-                .all(|x| x.is_finite() && x.abs() < 1e9),
-            "all of it was written"
-        );
-
-        // What may be NULL changes nothing else.
-        for left_out in 0..8 {
-            let mut some = call();
-            for (bit, output) in [2, 3, 4].into_iter().enumerate() {
-                if left_out & (1 << bit) != 0 {
-                    some.outputs[output] = None;
-                }
-            }
-            assert_eq!(some.call(), 0);
-            for (output, expected) in some.outputs.iter().zip(&expected) {
-                assert!(
-                    output
-                        .as_ref()
-                        .is_none_or(|output| output.values() == expected)
-                );
-            }
-        }
-        // What may not: -1, the argument's name, nothing written.
-        let refused = |name: &str, change: &dyn Fn(&mut FrictionCall)| {
-            let mut bad = call();
-            change(&mut bad);
-            assert_eq!(bad.call(), NULL_POINTER, "{name}");
-            assert!(
-                last_error().contains(&format!("{name} = NULL")),
-                "{}",
-                last_error()
-            );
-            assert!(bad.untouched(), "{name}");
-        };
-        refused("law", &|bad| bad.law = null_mut());
-        refused("slip_increment", &|bad| bad.slip = None);
-        refused("state0", &|bad| bad.state0 = None);
-        refused("state1", &|bad| bad.outputs[0] = None);
-        refused("traction", &|bad| bad.outputs[1] = None);
     }
 }
 
@@ -393,54 +420,14 @@ fn interface_null_rules_and_canaries() {
     for ndir in [1, 2] {
         let law = NativeLaw::new(&props(), ndir);
         let (opening, state0) = ([-5e-3, 4e-4, -3e-4], used_state(&law));
-        let opening = &opening[..=ndir];
-        let call = || InterfaceCall::new(&law, opening, &state0);
-        let mut all = call();
-        assert_eq!(all.call(), 0);
-        let expected: Vec<Vec<f64>> = all
-            .outputs
-            .iter()
-            .flatten()
-            .map(|output| output.values().to_vec())
-            .collect();
-        assert!(
-            all.outputs
-                .iter()
-                .flatten()
-                .all(|output| !output.untouched())
+        check_null_rules(
+            || InterfaceCall::new(&law, &opening[..=ndir], &state0),
+            &[
+                ("law", &|bad: &mut InterfaceCall| bad.law = null_mut()),
+                ("opening", &|bad: &mut InterfaceCall| bad.opening = None),
+                ("state0", &|bad: &mut InterfaceCall| bad.state0 = None),
+            ],
         );
-        for left_out in 0..4 {
-            let mut some = call();
-            for (bit, output) in [2, 3].into_iter().enumerate() {
-                if left_out & (1 << bit) != 0 {
-                    some.outputs[output] = None;
-                }
-            }
-            assert_eq!(some.call(), 0);
-            for (output, expected) in some.outputs.iter().zip(&expected) {
-                assert!(
-                    output
-                        .as_ref()
-                        .is_none_or(|output| output.values() == expected)
-                );
-            }
-        }
-        let refused = |name: &str, change: &dyn Fn(&mut InterfaceCall)| {
-            let mut bad = call();
-            change(&mut bad);
-            assert_eq!(bad.call(), NULL_POINTER, "{name}");
-            assert!(
-                last_error().contains(&format!("{name} = NULL")),
-                "{}",
-                last_error()
-            );
-            assert!(bad.untouched(), "{name}");
-        };
-        refused("law", &|bad| bad.law = null_mut());
-        refused("opening", &|bad| bad.opening = None);
-        refused("state0", &|bad| bad.state0 = None);
-        refused("state1", &|bad| bad.outputs[0] = None);
-        refused("traction", &|bad| bad.outputs[1] = None);
     }
 }
 

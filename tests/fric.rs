@@ -3,7 +3,9 @@
 mod support;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
+use std::cell::OnceCell;
 use std::process::{Command, Output};
+use std::sync::mpsc;
 use support::fric::Call;
 use support::native::{CANARY, NativeLaw};
 use support::{Point, decades, least_state, power, signed, turned, with};
@@ -401,13 +403,18 @@ fn critical_slip_from_the_characteristic_length() {
 }
 
 /// TAU and STATEV as on entry, the sticking stiffness or zero, no more derivatives and energy, LM 0, a cutback, and
-/// nothing that is not a number.
+/// nothing that is not a number; DSLIP and SED as on entry.
 fn assert_refused(before: &Call, after: &Call, stiffness: f64, what: &str) {
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     assert_eq!(after.tau, before.tau, "{what}: TAU");
     assert_eq!(bits(&after.statev), bits(&before.statev), "{what}: STATEV");
     assert_eq!(after.pnewdt, before.pnewdt.min(0.5), "{what}: PNEWDT");
     assert_eq!((after.lm, after.sfd), (0, 0.0), "{what}: LM, SFD");
+    assert_eq!(
+        (&after.dslip, after.sed),
+        (&before.dslip, before.sed),
+        "{what}: DSLIP, SED"
+    );
     let nfdir = after.nfdir as usize;
     if nfdir == after.tau.len() {
         for (index, d) in after.ddtddg.iter().enumerate() {
@@ -418,7 +425,8 @@ fn assert_refused(before: &Call, after: &Call, stiffness: f64, what: &str) {
             };
             assert_relative_eq!(*d, expected, max_relative = 1e-12);
         }
-        assert!(after.ddtddp.iter().all(|d| *d == 0.0), "{what}: DDTDDP");
+        let mut others = after.ddtddp.iter().chain(&after.ddtddt);
+        assert!(others.all(|d| *d == 0.0), "{what}: DDTDDP, DDTDDT");
     }
 }
 
@@ -441,7 +449,9 @@ fn refusals() {
                 bad.pnewdt = pnewdt;
                 bad.lm = 1;
                 bad.sfd = 7.0;
+                bad.ddtddg.fill(7.0);
                 bad.ddtddp.fill(7.0);
+                bad.ddtddt.fill(7.0);
                 change(&mut bad);
                 let before = bad.clone();
                 bad.run();
@@ -465,7 +475,7 @@ fn refusals() {
             -3,
             i32::MIN,
         ] {
-            refused("NSTATV too small", 0.0, &|bad| bad.nstatv = Some(nstatv));
+            refused("NSTATV too small", stick, &|bad| bad.nstatv = Some(nstatv));
         }
         for wrong in [0, 3, -1, i32::MAX] {
             refused("NFDIR", 0.0, &|bad| bad.nfdir = wrong);
@@ -525,6 +535,44 @@ fn refusals() {
         unused.unused = f64::NAN;
         unused.run();
         assert_eq!((&unused.tau, &unused.statev), (&again.tau, &again.statev));
+    }
+}
+
+/// A host's own thread-local object may call from its destructor, when the laws that the thread kept are gone already.
+#[test]
+fn a_call_while_the_thread_ends_is_refused_like_any_other() {
+    let told = messages(&child("late_calls", &[]).stderr);
+    assert_eq!(told.len(), 1, "{told:#?}");
+    assert!(told[0].contains("the thread is ending"), "{}", told[0]);
+}
+
+#[test]
+#[ignore = "run by a_call_while_the_thread_ends_is_refused_like_any_other"]
+fn late_calls() {
+    struct Late(Call, mpsc::Sender<[Call; 2]>);
+    impl Drop for Late {
+        fn drop(&mut self) {
+            let before = self.0.clone();
+            self.0.run();
+            let _ = self.1.send([before, self.0.clone()]);
+        }
+    }
+    thread_local! {
+        static LATE: OnceCell<Late> = const { OnceCell::new() };
+    }
+    for nfdir in [1, 2] {
+        let (sender, receiver) = mpsc::channel();
+        let thread = std::thread::spawn(move || {
+            // The last destructor to be registered runs first: here the library's.
+            LATE.with(|late| {
+                let point = used_point(&props(), nfdir).with(&vec![1e-4; nfdir], 40.0);
+                assert!(late.set(Late(point, sender)).is_ok());
+            });
+        });
+        thread.join().expect("no panic");
+        let [before, after] = receiver.recv().expect("the call of the destructor");
+        let stick = MU * 40.0 * 2.5 / GCR;
+        assert_refused(&before, &after, stick, "while the thread ends");
     }
 }
 

@@ -4,8 +4,8 @@
 //! marked in docs/hosts.md. Arrays are column-major, integers 32 bits.
 
 use super::guard;
-use super::host::{Place, Severity, report};
-use super::user::{self, Laws, count, cut_back, name, read, required, vector, write};
+use super::standard::Standard;
+use super::user::{self, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
 use crate::law::{Law, Response, check_finite};
@@ -25,29 +25,20 @@ const OPEN: i32 = 2;
 /// The arguments that are used, as the host passes them.
 #[derive(Clone, Copy)]
 struct Arguments {
+    shared: Standard,
     lm: *mut i32,
     tau: *mut c_double,
     ddtddg: *mut c_double,
     ddtddp: *mut c_double,
     dslip: *mut c_double,
     sed: *mut c_double,
-    sfd: *mut c_double,
     ddtddt: *mut c_double,
-    pnewdt: *mut c_double,
     statev: *mut c_double,
     dgam: *const c_double,
     taulm: *const c_double,
     press: *const c_double,
-    kstep: *const i32,
-    kinc: *const i32,
-    ciname: *const c_char,
-    node: *const i32,
     drot: *const c_double,
     nfdir: *const i32,
-    nstatv: *const i32,
-    chrlngth: *const c_double,
-    props: *const c_double,
-    nprops: *const i32,
 }
 
 impl Arguments {
@@ -59,8 +50,8 @@ impl Arguments {
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe {
             match read("NFDIR", self.nfdir)? {
-                1 => user::ONE.with_borrow_mut(|laws| self.update(laws)),
-                2 => user::TWO.with_borrow_mut(|laws| self.update(laws)),
+                1 => self.shared.with_law(&user::ONE, |law| self.update(law)),
+                2 => self.shared.with_law(&user::TWO, |law| self.update(law)),
                 other => Err(Error::new(
                     Kind::BadInput,
                     format!("NFDIR = {other}: must be 1 or 2 slip directions"),
@@ -68,21 +59,17 @@ impl Arguments {
             }
         });
         if let Err(error) = outcome {
-            // SAFETY: as the caller says. A second failure in here has nothing left to say.
-            let _ = guard(|| unsafe {
-                self.refuse(&error);
-                Ok(())
-            });
+            // SAFETY: as the caller says.
+            unsafe { self.shared.refuse("FRIC", &error, || self.offer()) }
         }
     }
 
     /// # Safety
     /// As [`Arguments::run`], NFDIR = N.
     #[inline(always)]
-    unsafe fn update<const N: usize>(&self, laws: &mut Laws<N>) -> Result<(), Error> {
+    unsafe fn update<const N: usize>(&self, law: &Law<N>) -> Result<(), Error> {
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
-            let law = self.law(laws)?;
             let layout = law.layout();
             let lm = read("LM", self.lm)?;
             self.check_outputs()?;
@@ -108,7 +95,7 @@ impl Arguments {
             let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
             let gcr = law
                 .properties()
-                .critical_slip(self.characteristic_length())?;
+                .critical_slip(self.shared.characteristic_length())?;
             let rigid = law.properties().method == Method::Lagrange;
             let response = match lm {
                 // The point was open: forget, and stay frictionless for this increment.
@@ -135,7 +122,7 @@ impl Arguments {
                             *self.lm = STICKING;
                             write(self.dslip, Vector::<N>::zeros().as_slice());
                             *self.sed = 0.0;
-                            *self.sfd = dissipated;
+                            *self.shared.sfd = dissipated;
                             return Ok(());
                         }
                         Rigid::Slip(response) => response,
@@ -178,33 +165,10 @@ impl Arguments {
                 self.ddtddp,
                 self.dslip,
                 self.sed,
-                self.sfd,
-                self.pnewdt,
+                self.shared.sfd,
+                self.shared.pnewdt,
             ],
         )
-    }
-
-    /// # Safety
-    /// As [`Arguments::run`], NFDIR = N.
-    #[inline(always)]
-    unsafe fn law<'a, const N: usize>(&self, laws: &'a mut Laws<N>) -> Result<&'a Law<N>, Error> {
-        // SAFETY: PROPS has NPROPS entries by the host's word.
-        unsafe {
-            laws.get(
-                user::properties(self.props, self.nprops)?,
-                count("NSTATV", self.nstatv)?,
-            )
-        }
-    }
-
-    /// The characteristic length, 0 where the host has none.
-    ///
-    /// # Safety
-    /// As [`Arguments::run`].
-    #[inline(always)]
-    unsafe fn characteristic_length(&self) -> f64 {
-        // SAFETY: null or readable.
-        unsafe { read("CHRLNGTH", self.chrlngth) }.unwrap_or(0.0)
     }
 
     /// # Safety
@@ -219,39 +183,24 @@ impl Arguments {
             write(self.ddtddp, response.dtraction_dpressure.as_slice());
             write(self.ddtddt, &[0.0; 4][..2 * N]);
             *self.sed = response.stored;
-            *self.sfd = response.dissipated;
+            *self.shared.sfd = response.dissipated;
         }
     }
 
-    /// Leaves TAU and STATEV as they were, offers the sticking stiffness, and asks for a smaller increment.
+    /// What a refused call gives: TAU and STATEV stay as they were.
     ///
     /// # Safety
     /// As [`Arguments::run`].
-    #[cold]
-    unsafe fn refuse(&self, error: &Error) {
-        // SAFETY: null pointers are skipped, sizes as the host declares them.
+    unsafe fn offer(&self) {
+        // SAFETY: null, or as the host's manual says.
         unsafe {
-            let number = |pointer: *const i32| read("", pointer).unwrap_or(0);
-            let contact = name(self.ciname);
-            report(
-                &Place {
-                    routine: "FRIC",
-                    contact: &contact,
-                    node: number(self.node),
-                    step: number(self.kstep),
-                    increment: number(self.kinc),
-                },
-                Severity::Error,
-                error,
-            );
-            cut_back(self.pnewdt);
-            write(self.sfd, &[0.0]);
-            if !self.lm.is_null() {
-                *self.lm = SLIPPING;
+            if let Some(lm) = self.lm.as_mut() {
+                *lm = SLIPPING;
             }
-            match number(self.nfdir) {
-                1 => user::ONE.with_borrow_mut(|laws| self.offer_sticking(laws)),
-                2 => user::TWO.with_borrow_mut(|laws| self.offer_sticking(laws)),
+            match read("NFDIR", self.nfdir) {
+                Ok(1) => self.offer_sticking::<1>(),
+                Ok(2) => self.offer_sticking::<2>(),
+                // Nobody knows how long the arrays are.
                 _ => {}
             }
         }
@@ -259,19 +208,14 @@ impl Arguments {
 
     /// # Safety
     /// As [`Arguments::run`], NFDIR = N.
-    unsafe fn offer_sticking<const N: usize>(&self, laws: &mut Laws<N>) {
-        // SAFETY: as the caller says; a law that cannot be made has no stiffness.
+    unsafe fn offer_sticking<const N: usize>(&self) {
+        // SAFETY: null, or sizes as the host declares them.
         unsafe {
-            let stiffness = self.law(laws).and_then(|law| {
-                let gcr = law.critical_slip(self.characteristic_length())?;
-                Ok(law.sticking_stiffness(gcr, read("PRESS", self.press)?))
-            });
-            let stiffness = stiffness.ok().filter(|k| k.is_finite()).unwrap_or(0.0);
-            write(
-                self.ddtddg,
-                (Matrix::<N>::identity() * stiffness).as_slice(),
-            );
+            let [_, tangential] = self.shared.sticking::<N>(read("PRESS", self.press));
+            let operator = Matrix::<N>::identity() * tangential;
+            write(self.ddtddg, operator.as_slice());
             write(self.ddtddp, Vector::<N>::zeros().as_slice());
+            write(self.ddtddt, &[0.0; 4][..2 * N]);
         }
     }
 }
@@ -329,29 +273,31 @@ macro_rules! export_fric {
             nprops: *const i32,
         ) {
             let arguments = Arguments {
+                shared: Standard {
+                    sfd,
+                    pnewdt,
+                    ciname,
+                    node,
+                    kstep,
+                    kinc,
+                    nstatv,
+                    chrlngth,
+                    props,
+                    nprops,
+                },
                 lm,
                 tau,
                 ddtddg,
                 ddtddp,
                 dslip,
                 sed,
-                sfd,
                 ddtddt,
-                pnewdt,
                 statev,
                 dgam,
                 taulm,
                 press,
-                kstep,
-                kinc,
-                ciname,
-                node,
                 drot,
                 nfdir,
-                nstatv,
-                chrlngth,
-                props,
-                nprops,
             };
             // SAFETY: the host's arguments.
             unsafe { arguments.run() }

@@ -6,7 +6,7 @@
 
 use super::components::{Components, Operator, Order, consistent, sticking, uncoupled};
 use super::guard;
-use super::user::{self, CUTBACK, Laws, array, null, read, write};
+use super::user::{self, CUTBACK, ThreadLaws, array, null, read, with_law, write};
 use crate::error::{Error, Kind};
 use crate::law::{InterfaceResponse, Law};
 use crate::memory::Vector;
@@ -143,14 +143,14 @@ impl Behaviour {
     unsafe fn call<const N: usize>(
         self,
         data: *mut BehaviourData,
-        laws: &'static std::thread::LocalKey<std::cell::RefCell<Laws<N>>>,
+        laws: &'static ThreadLaws<N>,
     ) -> c_int {
         // SAFETY: null or readable by the caller's word.
         let Some(data) = (unsafe { data.as_ref() }) else {
             return -1;
         };
         // SAFETY: as the caller says.
-        let outcome = guard(|| laws.with_borrow_mut(|laws| unsafe { self.update(data, laws) }));
+        let outcome = guard(|| unsafe { self.update(data, laws) });
         let Err(error) = outcome.map_err(in_behaviour_words) else {
             return 1;
         };
@@ -171,21 +171,38 @@ impl Behaviour {
     unsafe fn update<const N: usize>(
         self,
         data: &BehaviourData,
-        laws: &mut Laws<N>,
+        laws: &'static ThreadLaws<N>,
     ) -> Result<(), Error> {
-        let (s0, s1) = (&data.s0, &data.s1);
         // SAFETY: sizes by the caller's word; K[0] is read before K is written.
         unsafe {
             let request = Request::new(read("K", data.k)?)?;
             let given = array(
                 "material_properties",
-                s1.material_properties,
+                data.s1.material_properties,
                 self.properties(),
             )?;
             let (props, thickness) = self.convert(given)?;
-            let components = self.components::<N>(thickness);
             let nstate = if N == 1 { STATE_ONE } else { STATE_TWO };
-            let law = laws.get(&props, nstate)?;
+            with_law(laws, &props, nstate, |law| {
+                self.answer(data, law, request, thickness)
+            })
+        }
+    }
+
+    /// # Safety
+    /// As [`Behaviour::update`].
+    unsafe fn answer<const N: usize>(
+        self,
+        data: &BehaviourData,
+        law: &Law<N>,
+        request: Request,
+        thickness: f64,
+    ) -> Result<(), Error> {
+        let (s0, s1) = (&data.s0, &data.s1);
+        let components = self.components::<N>(thickness);
+        let nstate = law.layout().nstate;
+        // SAFETY: sizes by the caller's word.
+        unsafe {
             let gcr = law.critical_slip(0.0)?;
             let state0 = array(
                 "s0.internal_state_variables",

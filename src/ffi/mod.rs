@@ -8,6 +8,7 @@ mod host;
 pub mod iwan;
 pub mod mfront;
 pub mod native;
+mod standard;
 pub mod uinter;
 pub mod umat;
 mod user;

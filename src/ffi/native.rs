@@ -4,11 +4,11 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 use super::guard;
-use super::user::{array, null, write};
+use super::user::{array, null, size, write};
 use crate::error::{Error, Kind};
-use crate::law::{Law, default_state_size};
+use crate::law::{Law, Response, default_state_size};
 use crate::memory::{Curve, Vector};
-use crate::state::Layout;
+use crate::state::{Contact, Layout};
 use arrayvec::ArrayVec;
 use libc::{c_char, c_double};
 use std::cell::RefCell;
@@ -34,13 +34,26 @@ pub const MEPC_BAD_INPUT: i32 = -4;
 /// Status: a defect of the library (a caught panic).
 pub const MEPC_INTERNAL: i32 = -5;
 
-// The header needs plain numbers; they are the discriminants of `Kind`.
+/// Contact status, the first number of a state: open, or never closed.
+pub const MEPC_CONTACT_OPEN: i32 = 0;
+/// Contact status: no more than a hundredth of the stiffness has slipped.
+pub const MEPC_CONTACT_STICK: i32 = 1;
+/// Contact status: part of the contact slips.
+pub const MEPC_CONTACT_MICRO_SLIP: i32 = 2;
+/// Contact status: all of it slips.
+pub const MEPC_CONTACT_GROSS_SLIP: i32 = 3;
+
+// The header needs plain numbers; they are the discriminants of `Kind` and `Contact`.
 const _: () = assert!(
     MEPC_NULL_POINTER == Kind::NullPointer as i32
         && MEPC_BAD_PROPERTY == Kind::BadProperty as i32
         && MEPC_BAD_STATE == Kind::BadState as i32
         && MEPC_BAD_INPUT == Kind::BadInput as i32
         && MEPC_INTERNAL == Kind::Internal as i32
+        && MEPC_CONTACT_OPEN == Contact::Open as i32
+        && MEPC_CONTACT_STICK == Contact::Stick as i32
+        && MEPC_CONTACT_MICRO_SLIP == Contact::MicroSlip as i32
+        && MEPC_CONTACT_GROSS_SLIP == Contact::GrossSlip as i32
 );
 
 thread_local! {
@@ -120,8 +133,22 @@ fn bad_directions(ndir: i32) -> Error {
     )
 }
 
-/// The addresses of one point of the friction form, or of the first point of a batch.
-#[derive(Clone, Copy)]
+/// One of the two forms of the law: the addresses of a point, or of the first point of a batch.
+trait Form {
+    /// The addresses of point `index`.
+    ///
+    /// # Safety
+    /// Every array that is not null holds more than `index` points.
+    unsafe fn point(&self, index: usize, ndir: usize, nstate: usize) -> Self;
+
+    /// Updates the point; gives the status.
+    ///
+    /// # Safety
+    /// Pointers are null or point to arrays of the documented sizes; state0 may equal state1.
+    unsafe fn run<const N: usize>(&self, law: &Law<N>, gcr: f64) -> Result<i32, Error>;
+}
+
+/// The friction form.
 struct Friction {
     slip_increment: *const c_double,
     pressure: *const c_double,
@@ -133,8 +160,7 @@ struct Friction {
     energy: *mut c_double,
 }
 
-/// The addresses of one point of the interface form, or of the first point of a batch.
-#[derive(Clone, Copy)]
+/// The interface form.
 struct Interface {
     opening: *const c_double,
     state0: *const c_double,
@@ -156,11 +182,7 @@ unsafe fn skip<T>(pointer: *mut T, points: usize, size: usize) -> *mut T {
     unsafe { pointer.add(points * size) }
 }
 
-impl Friction {
-    /// The addresses of point `index`.
-    ///
-    /// # Safety
-    /// Every array that is not null holds more than `index` points.
+impl Form for Friction {
     unsafe fn point(&self, index: usize, ndir: usize, nstate: usize) -> Self {
         // SAFETY: inside the arrays, by the caller's word.
         unsafe {
@@ -177,8 +199,6 @@ impl Friction {
         }
     }
 
-    /// # Safety
-    /// Pointers are null or point to arrays of the documented sizes; state0 may equal state1.
     #[inline]
     unsafe fn run<const N: usize>(&self, law: &Law<N>, gcr: f64) -> Result<i32, Error> {
         let mut memory = Curve::new();
@@ -210,19 +230,11 @@ impl Friction {
             );
             write(self.energy, &[response.stored, response.dissipated]);
         }
-        Ok(if response.memory_full {
-            MEPC_MEMORY_FULL
-        } else {
-            0
-        })
+        Ok(success(&response))
     }
 }
 
-impl Interface {
-    /// The addresses of point `index`.
-    ///
-    /// # Safety
-    /// Every array that is not null holds more than `index` points.
+impl Form for Interface {
     unsafe fn point(&self, index: usize, ndir: usize, nstate: usize) -> Self {
         // SAFETY: inside the arrays, by the caller's word.
         unsafe {
@@ -237,8 +249,6 @@ impl Interface {
         }
     }
 
-    /// # Safety
-    /// As [`Friction::run`].
     #[inline]
     unsafe fn run<const N: usize>(&self, law: &Law<N>, gcr: f64) -> Result<i32, Error> {
         let mut memory = Curve::new();
@@ -274,12 +284,69 @@ impl Interface {
             write(self.tangent, &tangent);
             write(self.energy, &[friction.stored, friction.dissipated]);
         }
-        Ok(if friction.memory_full {
-            MEPC_MEMORY_FULL
-        } else {
-            0
-        })
+        Ok(success(friction))
     }
+}
+
+/// The status of a point that was updated.
+#[inline]
+fn success<const N: usize>(response: &Response<N>) -> i32 {
+    if response.memory_full {
+        MEPC_MEMORY_FULL
+    } else {
+        0
+    }
+}
+
+/// One point.
+///
+/// # Safety
+/// `law` as in [`law_of`], `point` as in [`Form::run`].
+#[inline(always)]
+unsafe fn run_point(law: *const mepc_law, point: impl Form) -> i32 {
+    status(guard(|| {
+        // SAFETY: by the caller's word.
+        unsafe {
+            let law = law_of(law)?;
+            match &law.law {
+                AnyLaw::One(one) => point.run(one, law.gcr),
+                AnyLaw::Two(two) => point.run(two, law.gcr),
+            }
+        }
+    }))
+}
+
+/// `n` points from the first one on; `arrays` are those that must not be NULL where there are points.
+///
+/// # Safety
+/// As [`run_point`], for all points; `statuses` is null or has room for them.
+unsafe fn run_points(
+    law: *const mepc_law,
+    n: i64,
+    first: impl Form,
+    arrays: &[(&str, *const c_double)],
+    statuses: *mut i32,
+    threads: i32,
+) -> i32 {
+    let first = Shared(first);
+    status(guard(|| {
+        // SAFETY: by the caller's word.
+        let law = unsafe { law_of(law)? };
+        let nstate = law.layout().nstate;
+        let points = points(n, nstate)?;
+        check_required(points, arrays)?;
+        // SAFETY: points are disjoint, arrays of the documented sizes by the caller's word.
+        unsafe {
+            match &law.law {
+                AnyLaw::One(one) => run_batch(points, statuses, threads, |index| {
+                    first.get().point(index, 1, nstate).run(one, law.gcr)
+                }),
+                AnyLaw::Two(two) => run_batch(points, statuses, threads, |index| {
+                    first.get().point(index, 2, nstate).run(two, law.gcr)
+                }),
+            }
+        }
+    }))
 }
 
 /// The state array to write, once all required outputs are known to be there.
@@ -370,7 +437,7 @@ pub unsafe extern "C" fn mepc_law_new(
             return Err(null("law"));
         }
         // SAFETY: nprops numbers by the caller's word.
-        let props = unsafe { array("props", props, count("nprops", nprops)?)? };
+        let props = unsafe { array("props", props, size("nprops", nprops)?)? };
         let made = Box::new(mepc_law::new(props, ndir, nstate)?);
         // SAFETY: not null, writable by the caller's word.
         unsafe { law.write(Box::into_raw(made)) };
@@ -400,14 +467,14 @@ pub unsafe extern "C" fn mepc_law_free(law: *mut mepc_law) {
 pub unsafe extern "C" fn mepc_state_size(props: *const c_double, nprops: i32, ndir: i32) -> i32 {
     status(guard(|| {
         // SAFETY: nprops numbers by the caller's word.
-        let props = unsafe { array("props", props, count("nprops", nprops)?)? };
+        let props = unsafe { array("props", props, size("nprops", nprops)?)? };
         let ndir = usize::try_from(ndir).map_err(|_| bad_directions(ndir))?;
         // At most 8 + 128 + 24.
         Ok(default_state_size(props, ndir)? as i32)
     }))
 }
 
-/// The name of state variable `index` (0-based); NULL past the end. Valid as long as the law.
+/// The name of state variable index (0-based); NULL past the end. Valid as long as the law.
 ///
 /// # Safety
 /// law is NULL or came from mepc_law_new.
@@ -432,7 +499,7 @@ pub unsafe extern "C" fn mepc_state_name(law: *const mepc_law, index: i32) -> *c
 /// A pure function of law, state0, slip_increment and pressure: repeat, reject and restart at will.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_friction(
     law: *const mepc_law,
@@ -455,16 +522,8 @@ pub unsafe extern "C" fn mepc_friction(
         dtraction_dpressure,
         energy,
     };
-    status(guard(|| {
-        // SAFETY: by the caller's word.
-        unsafe {
-            let law = law_of(law)?;
-            match &law.law {
-                AnyLaw::One(one) => point.run(one, law.gcr),
-                AnyLaw::Two(two) => point.run(two, law.gcr),
-            }
-        }
-    }))
+    // SAFETY: by the caller's word.
+    unsafe { run_point(law, point) }
 }
 
 /// Interface form: one contact point, one increment, with the normal penalty (PROPS 7, kn > 0 required).
@@ -478,7 +537,7 @@ pub unsafe extern "C" fn mepc_friction(
 /// Returns and guarantees as mepc_friction.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_interface(
     law: *const mepc_law,
@@ -497,16 +556,8 @@ pub unsafe extern "C" fn mepc_interface(
         tangent,
         energy,
     };
-    status(guard(|| {
-        // SAFETY: by the caller's word.
-        unsafe {
-            let law = law_of(law)?;
-            match &law.law {
-                AnyLaw::One(one) => point.run(one, law.gcr),
-                AnyLaw::Two(two) => point.run(two, law.gcr),
-            }
-        }
-    }))
+    // SAFETY: by the caller's word.
+    unsafe { run_point(law, point) }
 }
 
 /// Friction form for n points.
@@ -519,7 +570,7 @@ pub unsafe extern "C" fn mepc_interface(
 /// mepc_last_error tells of the first point with the returned status. The result does not depend on threads.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_friction_batch(
     law: *const mepc_law,
@@ -535,7 +586,7 @@ pub unsafe extern "C" fn mepc_friction_batch(
     statuses: *mut i32,
     threads: i32,
 ) -> i32 {
-    let first = Shared(Friction {
+    let first = Friction {
         slip_increment,
         pressure,
         state0,
@@ -544,32 +595,16 @@ pub unsafe extern "C" fn mepc_friction_batch(
         dtraction_dslip,
         dtraction_dpressure,
         energy,
-    });
-    status(guard(|| {
-        // SAFETY: by the caller's word.
-        let law = unsafe { law_of(law)? };
-        let nstate = law.layout().nstate;
-        let points = points(n, nstate)?;
-        let required = [
-            ("slip_increment", slip_increment),
-            ("pressure", pressure),
-            ("state0", state0),
-            ("state1", state1.cast_const()),
-            ("traction", traction.cast_const()),
-        ];
-        check_required(points, &required)?;
-        // SAFETY: points are disjoint, arrays of the documented sizes by the caller's word.
-        unsafe {
-            match &law.law {
-                AnyLaw::One(one) => run_batch(points, statuses, threads, |index| {
-                    first.get().point(index, 1, nstate).run(one, law.gcr)
-                }),
-                AnyLaw::Two(two) => run_batch(points, statuses, threads, |index| {
-                    first.get().point(index, 2, nstate).run(two, law.gcr)
-                }),
-            }
-        }
-    }))
+    };
+    let required = [
+        ("slip_increment", slip_increment),
+        ("pressure", pressure),
+        ("state0", state0),
+        ("state1", state1.cast_const()),
+        ("traction", traction.cast_const()),
+    ];
+    // SAFETY: by the caller's word.
+    unsafe { run_points(law, n, first, &required, statuses, threads) }
 }
 
 /// Interface form for n points.
@@ -579,7 +614,7 @@ pub unsafe extern "C" fn mepc_friction_batch(
 /// mepc_friction_batch.
 ///
 /// # Safety
-/// Pointers are as described.
+/// law came from mepc_law_new, and arrays are as long as described.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mepc_interface_batch(
     law: *const mepc_law,
@@ -593,43 +628,22 @@ pub unsafe extern "C" fn mepc_interface_batch(
     statuses: *mut i32,
     threads: i32,
 ) -> i32 {
-    let first = Shared(Interface {
+    let first = Interface {
         opening,
         state0,
         state1,
         traction,
         tangent,
         energy,
-    });
-    status(guard(|| {
-        // SAFETY: by the caller's word.
-        let law = unsafe { law_of(law)? };
-        let nstate = law.layout().nstate;
-        let points = points(n, nstate)?;
-        let required = [
-            ("opening", opening),
-            ("state0", state0),
-            ("state1", state1.cast_const()),
-            ("traction", traction.cast_const()),
-        ];
-        check_required(points, &required)?;
-        // SAFETY: points are disjoint, arrays of the documented sizes by the caller's word.
-        unsafe {
-            match &law.law {
-                AnyLaw::One(one) => run_batch(points, statuses, threads, |index| {
-                    first.get().point(index, 1, nstate).run(one, law.gcr)
-                }),
-                AnyLaw::Two(two) => run_batch(points, statuses, threads, |index| {
-                    first.get().point(index, 2, nstate).run(two, law.gcr)
-                }),
-            }
-        }
-    }))
-}
-
-fn count(name: &str, value: i32) -> Result<usize, Error> {
-    usize::try_from(value)
-        .map_err(|_| Error::new(Kind::BadInput, format!("{name} = {value}: must be >= 0")))
+    };
+    let required = [
+        ("opening", opening),
+        ("state0", state0),
+        ("state1", state1.cast_const()),
+        ("traction", traction.cast_const()),
+    ];
+    // SAFETY: by the caller's word.
+    unsafe { run_points(law, n, first, &required, statuses, threads) }
 }
 
 /// The number of points of a batch whose arrays fit into memory.
@@ -722,7 +736,7 @@ unsafe fn run_batch(
     threads: i32,
     point: impl Fn(usize) -> Result<i32, Error> + Sync,
 ) -> Result<i32, Error> {
-    let threads = match count("threads", threads)? {
+    let threads = match size("threads", threads)? {
         0 => std::thread::available_parallelism()
             .map_or(1, NonZero::get)
             .min(points.div_ceil(POINTS_PER_THREAD)),

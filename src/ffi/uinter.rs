@@ -5,25 +5,21 @@
 
 use super::components::{Components, Order, consistent, uncoupled};
 use super::guard;
-use super::host::{Place, Severity, report};
-use super::user::{
-    self, Laws, StateCopy, array, count, cut_back, name, properties, read, required, turn, vector,
-    write,
-};
+use super::standard::Standard;
+use super::user::{self, array, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::law::{Law, check_finite};
-use crate::memory::Vector;
+use crate::memory::{Curve, Vector};
 use libc::{c_char, c_double};
 use std::slice;
 
 /// Penetration below this stands for a point without a partner (the host passes -1e36).
 const UNPAIRED: f64 = -1e35;
-/// Where the tangential jump of the last increment is in a state.
-const JUMP: usize = 5;
 
 /// The arguments that are used.
 #[derive(Clone, Copy)]
 struct Arguments {
+    shared: Standard,
     stress: *mut c_double,
     ddsddr: *mut c_double,
     amki: *mut c_double,
@@ -33,23 +29,13 @@ struct Arguments {
     ddfddr: *mut c_double,
     statev: *mut c_double,
     sed: *mut c_double,
-    sfd: *mut c_double,
     spd: *mut c_double,
     svd: *mut c_double,
     scd: *mut c_double,
-    pnewdt: *mut c_double,
     rdisp: *const c_double,
     drdisp: *const c_double,
-    ciname: *const c_char,
-    props: *const c_double,
     drot: *const c_double,
-    chrlngth: *const c_double,
-    node: *const i32,
     ndir: *const i32,
-    nstatv: *const i32,
-    nprops: *const i32,
-    kstep: *const i32,
-    kinc: *const i32,
     lopenclose: *mut i32,
 }
 
@@ -62,8 +48,8 @@ impl Arguments {
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe {
             match read("NDIR", self.ndir)? {
-                2 => user::ONE.with_borrow_mut(|laws| self.update(laws)),
-                3 => user::TWO.with_borrow_mut(|laws| self.update(laws)),
+                2 => self.shared.with_law(&user::ONE, |law| self.update(law)),
+                3 => self.shared.with_law(&user::TWO, |law| self.update(law)),
                 other => Err(Error::new(
                     Kind::BadInput,
                     format!("NDIR = {other}: must be 2 or 3 directions, the normal included"),
@@ -71,29 +57,28 @@ impl Arguments {
             }
         });
         if let Err(error) = outcome {
-            // SAFETY: as the caller says. A second failure in here has nothing left to say.
-            let _ = guard(|| unsafe {
-                self.refuse(&error);
-                Ok(())
-            });
+            // SAFETY: as the caller says.
+            unsafe { self.shared.refuse("UINTER", &error, || self.offer()) }
         }
     }
 
     /// # Safety
     /// As [`Arguments::run`], NDIR = 1 + N.
-    unsafe fn update<const N: usize>(&self, laws: &mut Laws<N>) -> Result<(), Error> {
+    unsafe fn update<const N: usize>(&self, law: &Law<N>) -> Result<(), Error> {
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
-            let law = self.law(laws)?;
-            let gcr = law.critical_slip(self.characteristic_length())?;
-            let mut copy = StateCopy::new();
-            let state0 = user::state("STATEV", law.layout(), self.statev, &mut copy)?;
-            if N == 2 {
-                turn(self.drot, law.layout(), state0)?;
-            }
+            let gcr = law.critical_slip(self.shared.characteristic_length())?;
+            let mut memory = Curve::new();
+            let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
             required(
                 ["STRESS", "DDSDDR", "SED", "SFD", "PNEWDT"],
-                [self.stress, self.ddsddr, self.sed, self.sfd, self.pnewdt],
+                [
+                    self.stress,
+                    self.ddsddr,
+                    self.sed,
+                    self.shared.sfd,
+                    self.shared.pnewdt,
+                ],
             )?;
             let penetration = read("RDISP", self.rdisp)?;
             check_finite(&"RDISP(1)", penetration)?;
@@ -104,16 +89,17 @@ impl Arguments {
             } else {
                 vector("DRDISP", array("DRDISP", self.drdisp, 1 + N)?[1..].as_ptr())?
             };
-            let jump = Vector::<N>::from_column_slice(&state0[JUMP..JUMP + N]) + slip;
+            let jump = Vector::<N>::from_column_slice(&header.jump[..N]) + slip;
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, law.layout().nstate);
-            let response = law.interface(gcr, -penetration, &jump, state0, state1)?;
+            let response =
+                law.interface_from(header, &mut memory, gcr, -penetration, &jump, state1)?;
             let components = Self::components::<N>();
             components.write_forces(&response, self.stress);
             components.write_operator::<N>(&consistent(&response), Order::ColumnMajor, self.ddsddr);
             self.clear_the_rest(1 + N);
             *self.sed = response.friction.stored;
-            *self.sfd = response.friction.dissipated;
+            *self.shared.sfd = response.friction.dissipated;
             if let Some(open_or_closed) = self.lopenclose.as_mut() {
                 *open_or_closed = i32::from(response.normal_traction < 0.0);
             }
@@ -152,54 +138,17 @@ impl Arguments {
         }
     }
 
-    /// # Safety
-    /// As [`Arguments::run`].
-    unsafe fn law<'a, const N: usize>(&self, laws: &'a mut Laws<N>) -> Result<&'a Law<N>, Error> {
-        // SAFETY: PROPS has NPROPS entries by the host's word.
-        unsafe {
-            laws.get(
-                properties(self.props, self.nprops)?,
-                count("NSTATV", self.nstatv)?,
-            )
-        }
-    }
-
-    /// The characteristic length, 0 where the host has none.
+    /// What a refused call gives: STRESS and STATEV stay as they were.
     ///
     /// # Safety
     /// As [`Arguments::run`].
-    unsafe fn characteristic_length(&self) -> f64 {
-        // SAFETY: null or readable.
-        unsafe { read("CHRLNGTH", self.chrlngth) }.unwrap_or(0.0)
-    }
-
-    /// Leaves STRESS and STATEV as they were, offers the stiffness of the closed and sticking contact, and asks for a
-    /// smaller increment.
-    ///
-    /// # Safety
-    /// As [`Arguments::run`].
-    #[cold]
-    unsafe fn refuse(&self, error: &Error) {
-        // SAFETY: null pointers are skipped, sizes as the host declares them.
+    unsafe fn offer(&self) {
+        // SAFETY: as the caller says.
         unsafe {
-            let number = |pointer: *const i32| read("", pointer).unwrap_or(0);
-            let contact = name(self.ciname);
-            report(
-                &Place {
-                    routine: "UINTER",
-                    contact: &contact,
-                    node: number(self.node),
-                    step: number(self.kstep),
-                    increment: number(self.kinc),
-                },
-                Severity::Error,
-                error,
-            );
-            cut_back(self.pnewdt);
-            write(self.sfd, &[0.0]);
-            match number(self.ndir) {
-                2 => user::ONE.with_borrow_mut(|laws| self.offer_sticking(laws)),
-                3 => user::TWO.with_borrow_mut(|laws| self.offer_sticking(laws)),
+            match read("NDIR", self.ndir) {
+                Ok(2) => self.offer_sticking::<1>(),
+                Ok(3) => self.offer_sticking::<2>(),
+                // Nobody knows how long the arrays are.
                 _ => {}
             }
         }
@@ -207,19 +156,14 @@ impl Arguments {
 
     /// # Safety
     /// As [`Arguments::run`], NDIR = 1 + N.
-    unsafe fn offer_sticking<const N: usize>(&self, laws: &mut Laws<N>) {
-        // SAFETY: as the caller says; a law that cannot be made has no stiffness.
+    unsafe fn offer_sticking<const N: usize>(&self) {
+        // SAFETY: null, or sizes as the host declares them.
         unsafe {
-            let stiffness = self.law(laws).and_then(|law| {
-                let gcr = law.critical_slip(self.characteristic_length())?;
-                let tangential = law.sticking_stiffness(gcr, read("STRESS", self.stress)?);
-                Ok((law.properties().kn, tangential))
-            });
-            let finite =
-                |stiffness: &(f64, f64)| stiffness.0.is_finite() && stiffness.1.is_finite();
-            let (normal, tangential) = stiffness.ok().filter(finite).unwrap_or((0.0, 0.0));
+            let pressure = read("STRESS", self.stress.cast_const());
+            let [normal, tangential] = self.shared.sticking::<N>(pressure);
             let operator = uncoupled(normal, tangential);
             Self::components::<N>().write_operator::<N>(&operator, Order::ColumnMajor, self.ddsddr);
+            self.clear_the_rest(1 + N);
         }
     }
 }
@@ -284,6 +228,18 @@ macro_rules! export_uinter {
             _lprint: *const i32,
         ) {
             let arguments = Arguments {
+                shared: Standard {
+                    sfd,
+                    pnewdt,
+                    ciname,
+                    node,
+                    kstep,
+                    kinc,
+                    nstatv,
+                    chrlngth,
+                    props,
+                    nprops,
+                },
                 stress,
                 ddsddr,
                 amki,
@@ -293,23 +249,13 @@ macro_rules! export_uinter {
                 ddfddr,
                 statev,
                 sed,
-                sfd,
                 spd,
                 svd,
                 scd,
-                pnewdt,
                 rdisp,
                 drdisp,
-                ciname,
-                props,
                 drot,
-                chrlngth,
-                node,
                 ndir,
-                nstatv,
-                nprops,
-                kstep,
-                kinc,
                 lopenclose,
             };
             // SAFETY: the host's arguments.

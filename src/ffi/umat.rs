@@ -6,9 +6,9 @@
 use super::components::{Components, Order, consistent, sticking};
 use super::guard;
 use super::host::stop;
-use super::user::{self, Laws, StateCopy, array, count, null, properties, read};
+use super::user::{self, StateCopy, array, count, null, properties, read, with_law};
 use crate::error::{Error, Kind};
-use crate::law::check_finite;
+use crate::law::{Law, check_finite};
 use crate::properties::COMMON;
 use libc::{c_char, c_double};
 use std::slice;
@@ -105,17 +105,19 @@ impl Arguments {
     /// The pointers are what their names say, or null.
     unsafe fn run(&self, order: Order) {
         // SAFETY: as the caller says.
-        let outcome =
-            guard(|| unsafe {
-                let props = properties(self.props, self.nprops)?;
-                let arrangement = Arrangement::new(props, count("NTENS", self.ntens)?)?;
-                match arrangement.directions {
-                    1 => user::ONE
-                        .with_borrow_mut(|laws| self.update(laws, props, &arrangement, order)),
-                    _ => user::TWO
-                        .with_borrow_mut(|laws| self.update(laws, props, &arrangement, order)),
-                }
-            });
+        let outcome = guard(|| unsafe {
+            let props = properties(self.props, self.nprops)?;
+            let arrangement = Arrangement::new(props, count("NTENS", self.ntens)?)?;
+            let nstate = count("NSTATV", self.nstatv)?;
+            match arrangement.directions {
+                1 => with_law(&user::ONE, props, nstate, |law| {
+                    self.update(law, &arrangement, order)
+                }),
+                _ => with_law(&user::TWO, props, nstate, |law| {
+                    self.update(law, &arrangement, order)
+                }),
+            }
+        });
         if let Err(error) = outcome {
             // SAFETY: null or readable.
             let number = |pointer| unsafe { read("", pointer) }.unwrap_or(0);
@@ -133,15 +135,13 @@ impl Arguments {
     /// As [`Arguments::run`]; vectors are NTENS long.
     unsafe fn update<const N: usize>(
         &self,
-        laws: &mut Laws<N>,
-        props: &[f64],
+        law: &Law<N>,
         arrangement: &Arrangement,
         order: Order,
     ) -> Result<(), Error> {
         let components = &arrangement.components;
         // SAFETY: sizes as the host declares them.
         unsafe {
-            let law = laws.get(props, count("NSTATV", self.nstatv)?)?;
             let gcr = law.critical_slip(0.0)?;
             let mut copy = StateCopy::new();
             let state0 = user::state("STATEV", law.layout(), self.statev, &mut copy)?;

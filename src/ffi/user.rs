@@ -8,6 +8,7 @@ use arrayvec::ArrayVec;
 use libc::{c_char, c_double};
 use std::cell::RefCell;
 use std::slice;
+use std::thread::LocalKey;
 
 /// What a refused increment is cut to.
 pub(super) const CUTBACK: f64 = 0.5;
@@ -27,6 +28,9 @@ struct Kept<const N: usize> {
     law: Law<N>,
 }
 
+/// Where a thread keeps its laws.
+pub(super) type ThreadLaws<const N: usize> = LocalKey<RefCell<Laws<N>>>;
+
 thread_local! {
     pub(super) static ONE: RefCell<Laws<1>> = const { RefCell::new(Laws(Vec::new())) };
     pub(super) static TWO: RefCell<Laws<2>> = const { RefCell::new(Laws(Vec::new())) };
@@ -35,7 +39,7 @@ thread_local! {
 impl<const N: usize> Laws<N> {
     /// The law for these properties; bits are compared, so that nothing can be taken for something else.
     #[inline(always)]
-    pub(super) fn get(&mut self, props: &[f64], nstate: usize) -> Result<&Law<N>, Error> {
+    fn get(&mut self, props: &[f64], nstate: usize) -> Result<&Law<N>, Error> {
         let same = |kept: &Kept<N>| {
             kept.law.layout().nstate == nstate
                 && kept.props.len() == props.len()
@@ -53,6 +57,22 @@ impl<const N: usize> Laws<N> {
         }
         Ok(&self.0[0].law)
     }
+}
+
+/// Runs `body` with this thread's law for these properties.
+#[inline(always)]
+pub(super) fn with_law<const N: usize>(
+    laws: &'static ThreadLaws<N>,
+    props: &[f64],
+    nstate: usize,
+    body: impl FnOnce(&Law<N>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let outcome = laws.try_with(|laws| body(laws.borrow_mut().get(props, nstate)?));
+    // A host's own destructor may call while the thread ends.
+    outcome.unwrap_or_else(|_| {
+        let message = "the thread is ending, and what it kept is gone";
+        Err(Error::new(Kind::BadInput, message))
+    })
 }
 
 /// Sizes under the names that a user of these routines knows.
@@ -102,7 +122,12 @@ pub(super) unsafe fn read<T: Copy>(name: &str, pointer: *const T) -> Result<T, E
 #[inline(always)]
 pub(super) unsafe fn count(name: &str, pointer: *const i32) -> Result<usize, Error> {
     // SAFETY: as the caller says.
-    let value = unsafe { read(name, pointer)? };
+    size(name, unsafe { read(name, pointer)? })
+}
+
+/// A size, which must not be negative.
+#[inline(always)]
+pub(super) fn size(name: &str, value: i32) -> Result<usize, Error> {
     usize::try_from(value)
         .map_err(|_| Error::new(Kind::BadInput, format!("{name} = {value}: must be >= 0")))
 }
@@ -250,11 +275,7 @@ unsafe fn stays(drot: *const c_double) -> bool {
 ///
 /// # Safety
 /// `drot` is null (nothing turns) or points to DROT(2,2), column-major.
-pub(super) unsafe fn turn(
-    drot: *const c_double,
-    layout: &Layout,
-    state: &mut [f64],
-) -> Result<(), Error> {
+unsafe fn turn(drot: *const c_double, layout: &Layout, state: &mut [f64]) -> Result<(), Error> {
     // SAFETY: as the caller says.
     if unsafe { stays(drot) } {
         return Ok(());

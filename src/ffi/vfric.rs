@@ -6,14 +6,14 @@
 
 use super::guard;
 use super::host::{Place, Severity, report};
-use super::user::{self, Laws, StateCopy, array, count, name, null, properties, read, write};
+use super::user::{
+    self, StateCopy, ThreadLaws, array, count, name, null, properties, read, with_law, write,
+};
 use crate::error::{Error, Kind};
 use crate::law::{Law, check_finite};
 use crate::memory::Vector;
 use libc::{c_char, c_double};
-use std::cell::RefCell;
 use std::slice;
-use std::thread::LocalKey;
 
 /// How far the square of a unit vector's length may be from one.
 const UNIT: f64 = 1e-3;
@@ -87,18 +87,15 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
 
     /// # Safety
     /// As [`Block::run`], nFricDir = N.
-    unsafe fn block<const N: usize>(
-        &self,
-        laws: &'static LocalKey<RefCell<Laws<N>>>,
-    ) -> Result<(), Error> {
-        laws.with_borrow_mut(|laws| {
-            // SAFETY: sizes as the host declares them.
-            unsafe {
-                if self.f_tangential.is_null() {
-                    return Err(null("fTangential"));
-                }
-                let states = count("nStateVar", self.n_states)?;
-                let law = laws.get(properties(self.props, self.n_props)?, states)?;
+    unsafe fn block<const N: usize>(&self, laws: &'static ThreadLaws<N>) -> Result<(), Error> {
+        // SAFETY: sizes as the host declares them, throughout.
+        unsafe {
+            if self.f_tangential.is_null() {
+                return Err(null("fTangential"));
+            }
+            let states = count("nStateVar", self.n_states)?;
+            let props = properties(self.props, self.n_props)?;
+            with_law(laws, props, states, |law| {
                 let gcr = law.critical_slip(0.0)?;
                 for k in 0..count("nContact", self.points)? {
                     let mut node = 0;
@@ -112,9 +109,9 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                     });
                     write(self.f_tangential.add(k * N), force.as_slice());
                 }
-            }
-            Ok(())
-        })
+                Ok(())
+            })
+        }
     }
 
     /// The friction force of a point in the host's directions; its state is advanced.

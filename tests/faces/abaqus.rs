@@ -3,7 +3,7 @@
 use crate::fortran::{program, run};
 
 /// Words of the messages, in the order of tests/fortran/refusals.f90, and the level that the host hears.
-const MESSAGES: [(&str, &str, &str); 6] = [
+const MESSAGES: [(&str, &str, &str); 8] = [
     (
         "-2",
         "mepc UINTER: contact FEW, node 7, step 2, increment 5:",
@@ -13,6 +13,16 @@ const MESSAGES: [(&str, &str, &str); 6] = [
         "-2",
         "mepc UINTER: contact NO-KN, node 7, step 2, increment 5:",
         "PROPS(7) kn = 0",
+    ),
+    (
+        "-2",
+        "mepc UINTER: contact NO-LAW, node 7, step 2, increment 5:",
+        "PROPS(1) mu = -1",
+    ),
+    (
+        "-2",
+        "mepc UINTER: contact MIRROR, node 7, step 2, increment 5:",
+        "DROT = [1.0, 0.0, 0.0, -1.0]",
     ),
     (
         "-3",

@@ -3,68 +3,14 @@
 use crate::fortran::{NORMAL_STIFFNESS, POINTS, caller, numbers};
 use crate::mfront::{CONSISTENT, Hypothesis, Point};
 use crate::support::native::NativeLaw;
+use crate::support::vectors::{VectorFile, all};
 use crate::support::with;
 use std::fmt::Write;
 
 /// Largest difference in the traction over mu p and in the energies over mu p gcr.
 const SAME: f64 = 1e-12;
 
-/// A history of the vector directory.
-pub struct History {
-    pub name: String,
-    pub props: Vec<f64>,
-    pub nstate: usize,
-    pub ndir: usize,
-    /// Total slip and pressure at the end of each step.
-    pub steps: Vec<(Vec<f64>, f64)>,
-}
-
-impl History {
-    fn read(text: &str) -> Self {
-        let key = |name: &str| {
-            let mark = format!("# {name}: ");
-            let line = text.lines().find_map(|line| line.strip_prefix(&mark));
-            line.unwrap_or_else(|| panic!("no {name}")).to_string()
-        };
-        let mut rows = text
-            .lines()
-            .filter(|line| !line.starts_with('#') && !line.is_empty());
-        let columns: Vec<&str> = rows.next().expect("a header").split(',').collect();
-        let column = |name: &str| columns.iter().position(|column| *column == name);
-        let ndir = if column("slip_2").is_some() { 2 } else { 1 };
-        let slips: Vec<usize> = (1..=ndir)
-            .map(|i| column(&format!("slip_{i}")).expect("a slip"))
-            .collect();
-        let pressure = column("pressure").expect("a pressure");
-        let steps = rows.map(|row| {
-            let values: Vec<f64> = row.split(',').map(|x| x.parse().expect(row)).collect();
-            (slips.iter().map(|&i| values[i]).collect(), values[pressure])
-        });
-        History {
-            name: key("name"),
-            props: key("props")
-                .split(',')
-                .map(|x| x.parse().expect("a number"))
-                .collect(),
-            nstate: key("nstate").parse().expect("a size"),
-            ndir,
-            steps: steps.collect(),
-        }
-    }
-
-    pub fn all() -> Vec<Self> {
-        let mut files: Vec<_> = std::fs::read_dir("tests/vectors")
-            .expect("tests/vectors")
-            .map(|entry| entry.expect("an entry").path())
-            .filter(|path| path.extension().is_some_and(|extension| extension == "csv"))
-            .collect();
-        files.sort();
-        let read = |path| Self::read(&std::fs::read_to_string(path).expect("a vector"));
-        let all: Vec<Self> = files.iter().map(read).collect();
-        assert!(all.len() >= 40, "{} vectors", all.len());
-        all
-    }
-
+impl VectorFile {
     /// What the Fortran callers read.
     pub fn input(&self) -> String {
         let mut text = format!(
@@ -72,13 +18,11 @@ impl History {
             self.ndir,
             self.nstate,
             self.props.len(),
-            self.steps.len()
+            self.rows.len()
         );
-        for numbers in std::iter::once(self.props.clone()).chain(
-            self.steps
-                .iter()
-                .map(|(slip, p)| [slip.as_slice(), &[*p]].concat()),
-        ) {
+        let steps = self.rows.iter();
+        let steps = steps.map(|row| [row.slip.as_slice(), &[row.pressure]].concat());
+        for numbers in std::iter::once(self.props.clone()).chain(steps) {
             for number in numbers {
                 write!(text, "{number:e} ").expect("text");
             }
@@ -87,20 +31,10 @@ impl History {
         text
     }
 
-    /// mu p, and mu p gcr; never zero.
-    fn scales(&self) -> (f64, f64) {
-        let pressure = self
-            .steps
-            .iter()
-            .fold(f64::MIN_POSITIVE, |most, (_, p)| most.max(*p));
-        let traction = self.props[0].max(f64::MIN_POSITIVE) * pressure;
-        (traction, traction * self.props[1])
-    }
-
     /// Slips of thousands of gcr cost digits of an increment that is a difference of totals, and gross slip
     /// dissipates in proportion.
     fn longest(&self) -> f64 {
-        let slips = self.steps.iter().flat_map(|(slip, _)| slip);
+        let slips = self.rows.iter().flat_map(|row| &row.slip);
         slips.fold(1.0, |most: f64, slip| most.max(slip.abs() / self.props[1]))
     }
 
@@ -109,11 +43,11 @@ impl History {
         let law = NativeLaw::with_state_size(&self.props, self.ndir, self.nstate);
         let mut state = vec![0.0; self.nstate];
         let mut before = vec![0.0; self.ndir];
-        let rows = self.steps.iter().map(|(slip, pressure)| {
-            let increment: Vec<f64> = slip.iter().zip(&before).map(|(a, b)| a - b).collect();
-            before.clone_from(slip);
-            let out = law.friction(&increment, *pressure, &mut state);
-            assert!(out.status >= 0, "{}", self.name);
+        let rows = self.rows.iter().map(|row| {
+            let increment: Vec<f64> = row.slip.iter().zip(&before).map(|(a, b)| a - b).collect();
+            before.clone_from(&row.slip);
+            let out = law.friction(&increment, row.pressure, &mut state);
+            assert!(out.status >= 0, "{}", self.name());
             [
                 &out.traction[..],
                 &[out.energy[0], state[3]],
@@ -135,14 +69,14 @@ impl History {
         let law = NativeLaw::with_state_size(&props, self.ndir, self.nstate);
         let mut state = vec![0.0; self.nstate];
         let (mut before, mut at) = (vec![0.0; self.ndir], vec![0.0; self.ndir]);
-        let rows = self.steps.iter().map(|(slip, pressure)| {
+        let rows = self.rows.iter().map(|row| {
             for i in 0..self.ndir {
-                at[i] = total(at[i], before[i], slip[i]);
+                at[i] = total(at[i], before[i], row.slip[i]);
             }
-            before.clone_from(slip);
-            let opening = [&[-pressure / NORMAL_STIFFNESS], &at[..]].concat();
+            before.clone_from(&row.slip);
+            let opening = [&[-row.pressure / NORMAL_STIFFNESS], &at[..]].concat();
             let out = law.interface(&opening, &mut state);
-            assert!(out.status >= 0, "{}", self.name);
+            assert!(out.status >= 0, "{}", self.name());
             [
                 &[-out.traction[0]],
                 &out.traction[1..],
@@ -156,8 +90,9 @@ impl History {
 
     /// Compares `tractions` numbers, two energies and then stiffnesses (relative to the largest of the history).
     fn compare(&self, face: &str, tractions: usize, found: &[Vec<f64>], expected: &[Vec<f64>]) {
-        assert_eq!(found.len(), expected.len(), "{}, {face}: rows", self.name);
-        let (traction, energy) = self.scales();
+        assert_eq!(found.len(), expected.len(), "{}, {face}: rows", self.name());
+        // Without friction there is nothing to divide by.
+        let [traction, energy] = [self.limit(), self.energy()].map(|x| x.max(f64::MIN_POSITIVE));
         let stiff = expected
             .iter()
             .flat_map(|row| &row[tractions + 2..])
@@ -167,7 +102,7 @@ impl History {
                 found.len(),
                 expected.len(),
                 "{}, {face}: columns",
-                self.name
+                self.name()
             );
             for (column, (a, b)) in found.iter().zip(expected).enumerate() {
                 let scale = match column {
@@ -179,7 +114,7 @@ impl History {
                 assert!(
                     error <= SAME,
                     "{}, {face}, step {index}, column {column}: {a:e}, native {b:e}",
-                    self.name
+                    self.name()
                 );
             }
         }
@@ -207,7 +142,7 @@ fn by_penetration(mut rows: Vec<Vec<f64>>, ndir: usize) -> Vec<Vec<f64>> {
 #[test]
 fn every_face_gives_the_same_numbers() {
     let mut behaviours = 0;
-    for history in History::all() {
+    for history in all() {
         let n = history.ndir;
         let input = history.input();
         let friction = history.friction();
@@ -259,25 +194,25 @@ fn every_face_gives_the_same_numbers() {
 }
 
 /// Whether the behaviours have the properties and the state size of a history.
-fn can(history: &History) -> bool {
+fn can(history: &VectorFile) -> bool {
     let defaults = with(&[1.0, 1.0], 12, 0.0);
     let given = with(&history.props, 12, 0.0);
     given[8..] == defaults[8..] && history.nstate == Hypothesis::of(history.ndir).states()
 }
 
-/// Pressure, traction, energies and tangent of every step, as [`History::interface`].
-fn through_behaviour(name: &str, history: &History) -> Vec<Vec<f64>> {
+/// Pressure, traction, energies and tangent of every step, as [`VectorFile::interface`].
+fn through_behaviour(name: &str, history: &VectorFile) -> Vec<Vec<f64>> {
     let props = with(&history.props, 7, NORMAL_STIFFNESS);
     let mut point = Point::new(name, Hypothesis::of(history.ndir), &props, 0.25);
-    let rows = history.steps.iter().map(|(slip, pressure)| {
-        let opening = [&[-pressure / NORMAL_STIFFNESS], &slip[..]].concat();
-        let mut row = point.step(&opening, CONSISTENT).expect("success");
-        row[0] = -row[0];
+    let rows = history.rows.iter().map(|row| {
+        let opening = [&[-row.pressure / NORMAL_STIFFNESS], &row.slip[..]].concat();
+        let mut numbers = point.step(&opening, CONSISTENT).expect("success");
+        numbers[0] = -numbers[0];
         // Which shear is the first one matters for what the state variables are called.
-        for (jump, slip) in point.states[0][5..].iter().zip(slip) {
+        for (jump, slip) in point.states[0][5..].iter().zip(&row.slip) {
             assert!((jump - slip).abs() <= 1e-14 * slip.abs(), "TangentialJump");
         }
-        row
+        numbers
     });
     rows.collect()
 }

@@ -36,6 +36,16 @@ program call_uinter
         rdisp(2:) = rdisp(2:) + 10
         pnewdt = 1
         flux = untouched
+        ! A host need not clear what is written.
+        ddsddr = untouched
+        amki = untouched
+        amski = untouched
+        ddfddt = untouched
+        ddsddt = untouched
+        ddfddr = untouched
+        spd = untouched
+        svd = untouched
+        scd = untouched
         lstate = -99
         lsdi = -99
         call uinter(stress, ddsddr, amki, amski, flux, ddfddt, ddsddt, ddfddr, statev, sed, sfd, spd, svd, scd, pnewdt, &

@@ -7,14 +7,21 @@ program refusals
     real(real64), parameter :: good(7) = [0.3_real64, 0.002_real64, 2.5_real64, 0.0_real64, 0.0_real64, 0.005_real64, &
         1e5_real64]
     real(real64), parameter :: turned(2, 2) = reshape([0, 1, -1, 0], [2, 2]), identity(2, 2) = reshape([1, 0, 0, 1], [2, 2])
+    real(real64), parameter :: mirror(2, 2) = reshape([1, 0, 0, -1], [2, 2])
+    !> Pressure on entry of the refused calls, and the stiffness of the sticking contact there: mu p chi / gcr.
+    real(real64), parameter :: pressure = 50, stick = 0.3_real64 * pressure * 2.5_real64 / 0.002_real64
     real(real64) :: bad(7), none(30)
     character(80), parameter :: ciname = 'BOLT', other = ''
 
     none = 0
-    call refused_interface('FEW', good, 20_int32)
+    call refused_interface('FEW', good, 20_int32, identity, good(7), stick)
     bad = good
     bad(7) = 0
-    call refused_interface('NO-KN', bad, 64_int32)
+    call refused_interface('NO-KN', bad, 64_int32, identity, 0.0_real64, stick)
+    bad = good
+    bad(1) = -1
+    call refused_interface('NO-LAW', bad, 64_int32, identity, 0.0_real64, 0.0_real64)
+    call refused_interface('MIRROR', good, 64_int32, mirror, good(7), stick)
     call turned_interface()
     call unpaired_interface()
     call refused_pairs()
@@ -34,28 +41,46 @@ contains
         character(80) :: interaction
 
         interaction = name
+        ! A host need not clear what is written.
+        ddsddr = untouched
+        amki = untouched
+        amski = untouched
+        ddfddt = untouched
+        ddsddt = untouched
+        ddfddr = untouched
+        sfd = untouched
+        spd = untouched
+        svd = untouched
+        scd = untouched
         call uinter(stress, ddsddr, amki, amski, flux, ddfddt, ddsddt, ddfddr, statev, sed, sfd, spd, svd, scd, pnewdt, &
             rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), 1.0_real64, 0.0_real64, interaction, other, &
             other, props, none(:3), none(:9), drot, 1.0_real64, 0.0_real64, 7_int32, 3_int32, nstate, 1_int32, &
             int(size(props), int32), 3_int32, 2_int32, 5_int32, 1_int32, 0_int32, lopenclose, lstate, lsdi, 0_int32)
+        call expect(all(amki == 0) .and. all(amski == 0) .and. all(ddfddt == 0) .and. all(ddsddt == 0) .and. &
+            all(ddfddr == 0) .and. spd == 0 .and. svd == 0 .and. scd == 0, 'derivatives and energies that are zero')
     end subroutine
 
-    subroutine refused_interface(name, props, nstate)
+    !> `normal` and `tangential`: what DDSDDR must hold then.
+    subroutine refused_interface(name, props, nstate, drot, normal, tangential)
         character(*), intent(in) :: name
-        real(real64), intent(in) :: props(:)
+        real(real64), intent(in) :: props(:), drot(2, 2), normal, tangential
         integer(int32), intent(in) :: nstate
-        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd
+        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd, expected(3, 3)
         integer(int32) :: lopenclose
 
-        stress = [50, 3, -2]
+        expected = reshape([normal, 0.0_real64, 0.0_real64, 0.0_real64, tangential, 0.0_real64, 0.0_real64, 0.0_real64, &
+            tangential], [3, 3])
+        stress = [pressure, 3.0_real64, -2.0_real64]
         statev = 0
         pnewdt = 0.8_real64
         lopenclose = 1
         call call_uinter(name, props, nstate, [1e-3_real64, 1e-4_real64, 0.0_real64], &
-            [0.0_real64, 1e-4_real64, 0.0_real64], identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+            [0.0_real64, 1e-4_real64, 0.0_real64], drot, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
         call expect(pnewdt == 0.5_real64, 'PNEWDT of a refusal')
-        call expect(all(stress == [50, 3, -2]) .and. all(statev == 0), 'a refusal leaves STRESS and STATEV')
-        call expect(sfd == 0 .and. all(abs(ddsddr) < huge(1.0_real64)), 'SFD and DDSDDR of a refusal')
+        call expect(all(stress == [pressure, 3.0_real64, -2.0_real64]) .and. all(statev == 0), &
+            'a refusal leaves STRESS and STATEV')
+        call expect(sfd == 0 .and. lopenclose == 1, 'SFD and LOPENCLOSE of a refusal')
+        call expect(all(abs(ddsddr - expected) <= 1e-12_real64 * stick), 'DDSDDR of a refusal')
     end subroutine
 
     !> The slip directions turn by a right angle: the remembered traction turns with them, also in a state that is longer

@@ -264,7 +264,23 @@ impl Watched {
     }
 }
 
-/// One call of the friction form with watched outputs; None hands over NULL.
+/// A call with watched outputs, of which state1 and traction are the first; None hands over NULL.
+pub trait WatchedCall {
+    fn call(&mut self) -> i32;
+
+    fn outputs(&mut self) -> &mut [Option<Watched>];
+
+    fn values(&mut self) -> Vec<Vec<f64>> {
+        let outputs = self.outputs().iter().flatten();
+        outputs.map(|output| output.values().to_vec()).collect()
+    }
+
+    fn untouched(&mut self) -> bool {
+        self.outputs().iter().flatten().all(Watched::untouched)
+    }
+}
+
+/// One call of the friction form.
 pub struct FrictionCall<'a> {
     pub law: LawPointer,
     pub slip: Option<&'a [f64]>,
@@ -285,8 +301,10 @@ impl<'a> FrictionCall<'a> {
             outputs: [law.nstate, n, n * n, n, 2].map(|len| Some(Watched::new(len))),
         }
     }
+}
 
-    pub fn call(&mut self) -> i32 {
+impl WatchedCall for FrictionCall<'_> {
+    fn call(&mut self) -> i32 {
         let input = |array: Option<&[f64]>| array.map_or(null(), <[f64]>::as_ptr);
         let (slip, state0) = (input(self.slip), input(self.state0));
         let [state1, traction, dslip, dpressure, energy] = self
@@ -309,8 +327,8 @@ impl<'a> FrictionCall<'a> {
         }
     }
 
-    pub fn untouched(&self) -> bool {
-        self.outputs.iter().flatten().all(Watched::untouched)
+    fn outputs(&mut self) -> &mut [Option<Watched>] {
+        &mut self.outputs
     }
 }
 
@@ -332,8 +350,10 @@ impl<'a> InterfaceCall<'a> {
             outputs: [law.nstate, n, n * n, 2].map(|len| Some(Watched::new(len))),
         }
     }
+}
 
-    pub fn call(&mut self) -> i32 {
+impl WatchedCall for InterfaceCall<'_> {
+    fn call(&mut self) -> i32 {
         let input = |array: Option<&[f64]>| array.map_or(null(), <[f64]>::as_ptr);
         let (opening, state0) = (input(self.opening), input(self.state0));
         let [state1, traction, tangent, energy] = self
@@ -346,8 +366,8 @@ impl<'a> InterfaceCall<'a> {
         }
     }
 
-    pub fn untouched(&self) -> bool {
-        self.outputs.iter().flatten().all(Watched::untouched)
+    fn outputs(&mut self) -> &mut [Option<Watched>] {
+        &mut self.outputs
     }
 }
 
