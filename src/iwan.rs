@@ -41,7 +41,7 @@ mod record;
 
 pub use fit::{Fit, Warning};
 pub use paper::TOLERANCE as PAPER_TOLERANCE;
-pub use record::{Branch, Record};
+pub use record::{Branch, Point, Record};
 
 use crate::backbone::{Backbone, PowerLaw};
 use crate::error::{Error, Kind};

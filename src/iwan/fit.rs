@@ -6,7 +6,7 @@
 //! ill-conditioned valley between X_s and kappa is entered at its bottom.
 
 use super::least_squares::{Minimum, Problem, minimise};
-use super::record::Record;
+use super::record::{Point, Record};
 use super::{CHI_OFFSET, Iwan, NAMES};
 use crate::error::{Error, Kind};
 use nalgebra::{DVector, Matrix3, SMatrix, Vector3};
@@ -322,19 +322,6 @@ pub(super) fn student(degrees: f64) -> f64 {
     z * (1.0 + (first + (second + third / degrees) / degrees) / degrees)
 }
 
-/// One point of the loop, scaled.
-#[derive(Clone, Debug)]
-struct Point {
-    sign: f64,
-    /// Half the distance from the reversal, over the amplitude: 0 to 1.
-    distance: f64,
-    /// Amplitude of this branch over the mean one.
-    amplitude: f64,
-    /// Displacement from the centre over the amplitude.
-    displacement: f64,
-    force: f64,
-}
-
 /// The record in units of its amplitude and its half force range.
 #[derive(Clone, Debug)]
 struct Scaled {
@@ -363,21 +350,8 @@ impl Scaled {
         });
         // Half of each first: the difference of huge forces could overflow.
         let unit = 0.5 * high - 0.5 * low;
-        let points = record.branches.iter().flat_map(|branch| {
-            let sign = branch.direction.sign();
-            branch.points.iter().map(move |&index| {
-                let x = record.displacement[index];
-                Point {
-                    sign,
-                    distance: (0.5 * sign * (x - branch.start) / amplitude).max(0.0),
-                    amplitude: branch.amplitude / amplitude,
-                    displacement: (x - record.centre) / amplitude,
-                    force: record.force[index] / unit,
-                }
-            })
-        });
         Scaled {
-            points: points.collect(),
+            points: record.scaled(unit),
             amplitude,
             unit,
             x_range,

@@ -43,6 +43,21 @@ pub struct Record {
     pub centre: f64,
 }
 
+/// A point of the loop in units of the record's amplitude and of some force: what Masing's rule needs.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// 1 on a loading branch, -1 on an unloading one.
+    pub sign: f64,
+    /// Half the distance from the reversal: 0 to 1.
+    pub distance: f64,
+    /// Amplitude of this branch over the mean one.
+    pub amplitude: f64,
+    /// Displacement from the centre.
+    pub displacement: f64,
+    /// Force.
+    pub force: f64,
+}
+
 impl Record {
     /// Finds the reversals and the branches between them.
     ///
@@ -111,6 +126,24 @@ impl Record {
             force,
             ..self.clone()
         }
+    }
+
+    /// The points of the loop, branch by branch, forces over `unit`.
+    pub fn scaled(&self, unit: f64) -> Vec<Point> {
+        let points = self.branches.iter().flat_map(|branch| {
+            let sign = branch.direction.sign();
+            branch.points.iter().map(move |&index| {
+                let x = self.displacement[index];
+                Point {
+                    sign,
+                    distance: (0.5 * sign * (x - branch.start) / self.amplitude).max(0.0),
+                    amplitude: branch.amplitude / self.amplitude,
+                    displacement: (x - self.centre) / self.amplitude,
+                    force: self.force[index] / unit,
+                }
+            })
+        });
+        points.collect()
     }
 
     /// Points that belong to the loop.

@@ -6,7 +6,7 @@
 
 use mepc::backbone::{Backbone, PowerLaw};
 use mepc::iwan::least_squares::{Problem, minimise};
-use mepc::iwan::{Fit, Record};
+use mepc::iwan::{Fit, Point, Record};
 use nalgebra::DVector;
 
 /// What was found.
@@ -37,15 +37,6 @@ impl SprungFit {
     }
 }
 
-struct Point {
-    sign: f64,
-    /// Half the distance from the reversal.
-    distance: f64,
-    amplitude: f64,
-    displacement: f64,
-    force: f64,
-}
-
 /// A record, scaled by its amplitude and its largest force.
 pub struct Sprung {
     backbone: PowerLaw,
@@ -57,29 +48,15 @@ pub struct Sprung {
 
 impl Sprung {
     pub fn new(record: &Record, chi: f64) -> Self {
-        let length = record.amplitude;
         let force = record
             .force
             .iter()
             .fold(0.0, |most: f64, f| most.max(f.abs()));
-        let points = record.branches.iter().flat_map(|branch| {
-            let sign = branch.direction.sign();
-            branch.points.iter().map(move |&index| {
-                let x = record.displacement[index];
-                Point {
-                    sign,
-                    distance: (0.5 * sign * (x - branch.start) / length).max(0.0),
-                    amplitude: branch.amplitude / length,
-                    displacement: (x - record.centre) / length,
-                    force: record.force[index] / force,
-                }
-            })
-        });
         Sprung {
             backbone: PowerLaw::new(chi),
             chi,
-            points: points.collect(),
-            length,
+            points: record.scaled(force),
+            length: record.amplitude,
             force,
         }
     }
