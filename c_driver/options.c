@@ -28,7 +28,7 @@ static const char help[] =
     "Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure.\n"
     "Pressure is positive in compression; zero or less is an open contact. dissipated_energy counts from the start.\n"
     "status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. rotation (radian, about the origin) needs two directions.\n"
-    "Any consistent units. Columns are found by name, lines starting with # are skipped.\n"
+    "Any consistent units. Columns are found by name, those that are not used are noted; lines starting with # are skipped.\n"
     "\n"
     "  --props LIST      properties in their order: mu,gcr,chi,method,pressure_rule,... (required)\n"
     "  --library PATH    the shared library (or environment variable MEPC_LIBRARY)\n"

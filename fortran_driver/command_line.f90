@@ -44,7 +44,8 @@ contains
             "Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure.", &
             "Pressure is positive in compression; zero or less is an open contact. dissipated_energy counts from the start.", &
             "status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. rotation (radian, about the origin) needs two directions.", &
-            "Any consistent units. Columns are found by name, lines starting with # are skipped.", &
+            "Any consistent units. Columns are found by name, those that are not used are noted; lines starting with # are " // &
+            "skipped.", &
             "", &
             "  --props LIST      properties in their order: mu,gcr,chi,method,pressure_rule,... (required)", &
             "  --nstate N        length of the state array (default: what the library recommends)", &

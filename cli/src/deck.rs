@@ -28,8 +28,8 @@ pub struct Arguments {
     /// Which host, or language.
     #[arg(value_enum)]
     host: Host,
-    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set, num_args = 1, allow_hyphen_values = true,
-        value_parser = props::entry, help = props::HELP)]
+    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = props::entry, help = props::HELP)]
     props: Vec<f64>,
     /// Tangential directions: 2 for surfaces, 1 for plane models.
     #[arg(long, default_value_t = 2, value_parser = |text: &str| numbers::whole::<u8>(text, 1..=2))]

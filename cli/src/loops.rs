@@ -28,11 +28,11 @@ Examples:
 #[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
 pub struct Arguments {
     /// The joint as a whole.
-    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', action = ArgAction::Set, num_args = 1, allow_hyphen_values = true,
-        value_parser = numbers::argument)]
+    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = numbers::argument)]
     iwan: Option<Vec<f64>>,
-    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set, num_args = 1, allow_hyphen_values = true,
-        value_parser = props::entry, help = props::HELP, requires = "preload")]
+    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = props::entry, help = props::HELP, requires = "preload")]
     props: Option<Vec<f64>>,
     /// Normal force on the contact (with --props).
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
@@ -44,7 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "K_p", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     parallel: Option<f64>,
     /// Displacement amplitudes.
-    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', action = ArgAction::Set, num_args = 1, allow_negative_numbers = true, value_parser = numbers::positive)]
+    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_negative_numbers = true, value_parser = numbers::positive)]
     amplitude: Vec<f64>,
     /// Points per branch.
     #[arg(long, default_value_t = 200, value_parser = |text: &str| numbers::whole::<u32>(text, 3..=1_000_000))]

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 /// Replay a load history through the contact law.
 ///
 /// Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure. Pressure is
-/// positive in compression; zero or less is an open contact. Columns are found by name, lines starting with # are skipped.
+/// positive in compression; zero or less is an open contact. Columns are found by name, those that are not used are noted; lines
+/// starting with # are skipped.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -58,8 +59,8 @@ enum Mode {
 
 #[derive(clap::Args)]
 struct Common {
-    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set, num_args = 1, allow_hyphen_values = true,
-        value_parser = crate::props::entry, help = crate::props::HELP)]
+    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = crate::props::entry, help = crate::props::HELP)]
     props: Vec<f64>,
     /// Length of the state array (default: what the library recommends).
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1_000_000))]
