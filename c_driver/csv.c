@@ -156,6 +156,7 @@ static void read_header(csv_table *table, char *line, long number) {
     table->header_line = number;
     table->names = allocate(most, sizeof *table->names);
     table->columns = split(line, table->names, most);
+    table->used = allocate(table->columns, 1);
     for (size_t i = 0; i < table->columns; i++) {
         for (size_t k = 0; k < i; k++) {
             if (table->names[i][0] != '\0' && strcmp(table->names[i], table->names[k]) == 0) {
@@ -236,6 +237,7 @@ double *csv_column(const csv_table *table, const char *name) {
     if (!find(table, name, &column)) {
         fail("%s:%ld: column %s: missing in the header", table->file, table->header_line, name);
     }
+    table->used[column] = 1;
     double *values = allocate(table->rows, sizeof *values);
     for (size_t row = 0; row < table->rows; row++) {
         const char *field = table->fields[row * table->columns + column];
@@ -261,9 +263,33 @@ double *csv_time(const csv_table *table) {
     return time;
 }
 
+void csv_note_unused(const csv_table *table) {
+    size_t room = 1;
+    for (size_t i = 0; i < table->columns; i++) {
+        room += strlen(table->names[i]) + 64;
+    }
+    char *list = allocate(room, 1);
+    for (size_t i = 0; i < table->columns; i++) {
+        if (table->used[i]) {
+            continue;
+        }
+        strcat(list, list[0] == '\0' ? "" : ", ");
+        if (table->names[i][0] == '\0') {
+            sprintf(list + strlen(list), "%lu (no name)", (unsigned long)i + 1);
+        } else {
+            strcat(list, table->names[i]);
+        }
+    }
+    if (list[0] != '\0') {
+        note("%s:%ld: columns not used: %s", table->file, table->header_line, list);
+    }
+    free(list);
+}
+
 void csv_free(csv_table *table) {
     free(table->text);
     free(table->names);
+    free(table->used);
     free(table->fields);
     free(table->lines);
     *table = (csv_table){0};

@@ -1,7 +1,7 @@
 /* Tables from comma-separated files: columns found by name, every complaint with file, line and column.
  *
  * Lines that are blank or start with '#' are skipped, the first other line is the header. Columns that nobody asks for
- * may hold anything. */
+ * may hold anything; csv_note_unused tells of them. */
 #ifndef CSV_H
 #define CSV_H
 
@@ -13,6 +13,7 @@ typedef struct {
     size_t columns;
     size_t rows;
     char **names;  /* [columns] */
+    char *used;    /* [columns] 1 once the column was asked for */
     char **fields; /* [rows * columns], row after row */
     long header_line;
     long *lines; /* [rows] line of the file each row stands on, from 1 */
@@ -30,6 +31,10 @@ double *csv_column(const csv_table *table, const char *name);
 
 /* Like csv_column for `time`, which must not decrease. */
 double *csv_time(const csv_table *table);
+
+/* A note on standard error about columns that were not asked for: one of them may be an optional column mistyped. Files
+ * with more columns than a replay needs are common (records of a rig, the output of another replay), so it is no error. */
+void csv_note_unused(const csv_table *table);
 
 void csv_free(csv_table *table);
 

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static const char help[] =
     "Replays a load history through the memory-effect penalty contact law.\n"
@@ -27,7 +28,7 @@ static const char help[] =
     "Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure.\n"
     "Pressure is positive in compression; zero or less is an open contact. dissipated_energy counts from the start.\n"
     "status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. rotation (radian, about the origin) needs two directions.\n"
-    "Any consistent units. Columns are found by name, lines starting with # are skipped.\n"
+    "Any consistent units. Columns are found by name, those that are not used are noted; lines starting with # are skipped.\n"
     "\n"
     "  --props LIST      properties in their order: mu,gcr,chi,method,pressure_rule,... (required)\n"
     "  --library PATH    the shared library (or environment variable MEPC_LIBRARY)\n"
@@ -52,9 +53,12 @@ static double read_stiffness(const char *option, const char *text) {
 }
 
 static int32_t read_count(const char *option, const char *text) {
-    char *end;
-    long value = strtol(text, &end, 10);
-    if (end == text || *end != '\0' || value < 1 || value > 1000000) {
+    size_t length = strlen(text);
+    long value = 0;
+    if (length < 8 && strspn(text, "0123456789") == length) {
+        value = strtol(text, NULL, 10);
+    }
+    if (value < 1 || value > 1000000) {
         fail_usage("%s: '%s' is not a whole number from 1 to 1000000", option, text);
     }
     return (int32_t)value;
@@ -63,7 +67,6 @@ static int32_t read_count(const char *option, const char *text) {
 static void read_props(options *given, const char *list) {
     char *copy = allocate(strlen(list) + 1, 1);
     strcpy(copy, list);
-    given->nprops = 0;
     for (char *entry = copy; entry != NULL;) {
         char *comma = strchr(entry, ',');
         if (comma != NULL) {
@@ -87,16 +90,19 @@ static void read_props(options *given, const char *list) {
     free(copy);
 }
 
-static void read_option(options *given, const char *name, const char *value) {
-    static const char *const known[] = {"--props",  "--library",  "--nstate",
-                                        "--series", "--parallel", "--output"};
+static const char *const known[] = {"--props", "--library", "--nstate", "--series", "--parallel", "--output"};
+enum { OPTIONS = sizeof known / sizeof known[0] };
+
+static void read_option(options *given, const char *name, const char *value, int seen[OPTIONS]) {
     size_t option = 0;
-    size_t count = sizeof known / sizeof known[0];
-    while (option < count && strcmp(name, known[option]) != 0) {
+    while (option < OPTIONS && strcmp(name, known[option]) != 0) {
         option++;
     }
-    if (option == count) {
+    if (option == OPTIONS) {
         fail_usage("unknown option %s", name);
+    }
+    if (seen[option]++) {
+        fail_usage("%s: given twice", name);
     }
     if (value == NULL) {
         fail_usage("%s: its value is missing", name);
@@ -111,8 +117,17 @@ static void read_option(options *given, const char *name, const char *value) {
     }
 }
 
+/* Ends the program if the output is this input, by whatever name or link. */
+static void check_output(const char *output, const char *input) {
+    struct stat out, in;
+    if (stat(output, &out) == 0 && stat(input, &in) == 0 && out.st_dev == in.st_dev && out.st_ino == in.st_ino) {
+        fail("--output: %s is the input file %s, which it would overwrite", output, input);
+    }
+}
+
 options options_read(int argc, char **argv) {
     options given = {.library = getenv("MEPC_LIBRARY")};
+    int seen[OPTIONS] = {0};
     const char *words[3] = {NULL, NULL, NULL}; /* mode and files */
     int count = 0;
     for (int i = 1; i < argc; i++) {
@@ -121,7 +136,7 @@ options options_read(int argc, char **argv) {
             exit(0);
         }
         if (strncmp(argv[i], "--", 2) == 0) {
-            read_option(&given, argv[i], i + 1 < argc ? argv[i + 1] : NULL);
+            read_option(&given, argv[i], i + 1 < argc ? argv[i + 1] : NULL, seen);
             i++;
         } else if (count < 3) {
             words[count++] = argv[i];
@@ -150,5 +165,8 @@ options options_read(int argc, char **argv) {
     }
     given.patch = is_patch ? words[1] : NULL;
     given.history = words[count - 1];
+    for (int i = 1; i < count && given.output != NULL; i++) {
+        check_output(given.output, words[i]);
+    }
     return given;
 }

@@ -18,7 +18,8 @@ typedef struct {
     double parallel; /* stiffness of the parallel spring, force per length; 0: none */
 } options;
 
-/* Reads the command line; ends the program with exit code 2 when it is wrong, with 0 after --help. */
+/* Reads the command line; ends the program with exit code 2 when it is wrong, with 1 when the output is one of the input
+ * files, with 0 after --help. */
 options options_read(int argc, char **argv);
 
 #endif

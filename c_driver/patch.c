@@ -27,6 +27,7 @@ patch patch_read(const char *file, replay *run) {
     p.y = csv_column(&p.table, "y");
     p.area = csv_column(&p.table, "area");
     p.reference_pressure = csv_column(&p.table, "pressure");
+    csv_note_unused(&p.table);
     for (size_t i = 0; i < p.table.rows; i++) {
         if (p.area[i] < 0.0) {
             fail("%s:%ld: column area: %g is negative", file, p.table.lines[i], p.area[i]);

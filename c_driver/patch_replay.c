@@ -3,6 +3,7 @@
 
 #include "report.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 /* The columns of a patch history; those that are absent are NULL. */
@@ -29,6 +30,7 @@ static patch_history read_history(const char *file) {
         fail("%s:%ld: column displacement_2: missing in the header, rotation needs two directions", file,
              h.table.header_line);
     }
+    csv_note_unused(&h.table);
     return h;
 }
 
@@ -55,37 +57,32 @@ static motion motion_at(const patch_history *h, size_t row) {
     return m;
 }
 
-static void write_header(FILE *output, int two, int turns) {
-    fprintf(output, "time,displacement_1%s%s,slip_1%s,force_1%s%s,", two ? ",displacement_2" : "",
-            turns ? ",rotation" : "", two ? ",slip_2" : "", two ? ",force_2" : "", turns ? ",moment" : "");
-    fputs("stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations\n", output);
-}
-
-static void write_row(const patch *p, double time, int turns, int iterations) {
-    FILE *output = p->run->output;
-    int32_t ndir = p->run->ndir;
+static void put_row(const patch *p, double time, int turns, int iterations) {
+    replay *run = p->run;
     long count[CONTACT_KINDS];
-    fprintf(output, "%.17g", time);
-    for (int32_t a = 0; a < ndir; a++) {
-        write_number(output, p->at.displacement[a]);
+    replay_put(run, time);
+    for (int32_t a = 0; a < run->ndir; a++) {
+        replay_put(run, p->at.displacement[a]);
     }
     if (turns) {
-        write_number(output, p->at.rotation);
+        replay_put(run, p->at.rotation);
     }
-    for (int32_t a = 0; a < ndir; a++) {
-        write_number(output, p->slip[a]);
+    for (int32_t a = 0; a < run->ndir; a++) {
+        replay_put(run, p->slip[a]);
     }
-    for (int32_t a = 0; a < ndir; a++) {
-        write_number(output, p->force[a] + p->run->given->parallel * p->at.displacement[a]);
+    for (int32_t a = 0; a < run->ndir; a++) {
+        replay_put(run, p->force[a] + run->given->parallel * p->at.displacement[a]);
     }
     if (turns) {
-        write_number(output, p->moment);
+        replay_put(run, p->moment);
     }
-    write_number(output, p->stored);
-    write_number(output, p->dissipated);
+    replay_put(run, p->stored);
+    replay_put(run, p->dissipated);
     patch_count(p, count);
-    fprintf(output, ",%ld,%ld,%ld,%ld,%d\n", count[OPEN], count[STICK], count[MICRO_SLIP], count[GROSS_SLIP],
-            iterations);
+    for (int kind = 0; kind < CONTACT_KINDS; kind++) {
+        replay_put(run, (double)count[kind]);
+    }
+    replay_put(run, iterations);
 }
 
 void replay_patch(const options *given) {
@@ -95,17 +92,21 @@ void replay_patch(const options *given) {
     replay run = replay_begin(given, two ? 2 : 1);
     patch p = patch_read(given->patch, &run);
 
-    replay_open_output(&run);
-    write_header(run.output, two, turns);
     for (size_t row = 0; row < history.table.rows; row++) {
         char where[1024];
         motion target = motion_at(&history, row);
         snprintf(where, sizeof where, "%s:%ld: step %lu", history.table.file, history.table.lines[row],
                  (unsigned long)row + 1);
         int iterations = patch_advance(&p, &target, where);
-        write_row(&p, history.time[row], turns, iterations);
+        put_row(&p, history.time[row], turns, iterations);
     }
     patch_free(&p);
-    replay_end(&run);
+    char header[256];
+    snprintf(header, sizeof header,
+             "time,displacement_1%s%s,slip_1%s,force_1%s%s,stored_energy,dissipated_energy,open,stick,micro_slip,"
+             "gross_slip,iterations",
+             two ? ",displacement_2" : "", turns ? ",rotation" : "", two ? ",slip_2" : "", two ? ",force_2" : "",
+             turns ? ",moment" : "");
+    replay_end(&run, header);
     free_history(&history);
 }

@@ -6,24 +6,17 @@
 
 #include <stdlib.h>
 
-static void write_header(const replay *run) {
-    fputs(run->ndir == 1 ? "time,slip_1,pressure,traction_1,stored_energy,dissipated_energy,status\n"
-                         : "time,slip_1,slip_2,pressure,traction_1,traction_2,stored_energy,dissipated_energy,status\n",
-          run->output);
-}
-
 void replay_point(const options *given) {
     csv_table history = csv_read(given->history);
     double *time = csv_time(&history);
     int32_t ndir = csv_has(&history, "slip_2") ? 2 : 1;
     double *slip[2] = {csv_column(&history, "slip_1"), ndir == 2 ? csv_column(&history, "slip_2") : NULL};
     double *pressure = csv_column(&history, "pressure");
+    csv_note_unused(&history);
 
     replay run = replay_begin(given, ndir);
     double *state = allocate((size_t)run.nstate, sizeof *state); /* all zero: virgin */
     double dissipated = 0.0;
-    replay_open_output(&run);
-    write_header(&run);
     for (size_t row = 0; row < history.rows; row++) {
         double increment[2] = {0.0, 0.0};
         for (int32_t i = 0; i < ndir; i++) {
@@ -41,19 +34,20 @@ void replay_point(const options *given) {
         run.memory_full += status > 0;
         dissipated += energy[1];
 
-        fprintf(run.output, "%.17g", time[row]);
+        replay_put(&run, time[row]);
         for (int32_t i = 0; i < ndir; i++) {
-            write_number(run.output, slip[i][row]);
+            replay_put(&run, slip[i][row]);
         }
-        write_number(run.output, pressure[row]);
+        replay_put(&run, pressure[row]);
         for (int32_t i = 0; i < ndir; i++) {
-            write_number(run.output, traction[i]);
+            replay_put(&run, traction[i]);
         }
-        write_number(run.output, energy[0]);
-        write_number(run.output, dissipated);
-        fprintf(run.output, ",%d\n", (int)state[0]);
+        replay_put(&run, energy[0]);
+        replay_put(&run, dissipated);
+        replay_put(&run, state[0]);
     }
-    replay_end(&run);
+    replay_end(&run, ndir == 1 ? "time,slip_1,pressure,traction_1,stored_energy,dissipated_energy,status"
+                               : "time,slip_1,slip_2,pressure,traction_1,traction_2,stored_energy,dissipated_energy,status");
 
     free(state);
     free(time);

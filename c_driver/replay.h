@@ -5,7 +5,7 @@
 #include "library.h"
 #include "options.h"
 
-#include <stdio.h>
+#include <stddef.h>
 
 /* What both modes work with. */
 typedef struct {
@@ -14,7 +14,9 @@ typedef struct {
     mepc_law *law;
     int32_t ndir;   /* tangential directions, 1 or 2 */
     int32_t nstate; /* doubles per point */
-    FILE *output;
+    double *values; /* the numbers of the output, row after row */
+    size_t count;
+    size_t room;
     long memory_full; /* updates that had to drop a remembered reversal */
 } replay;
 
@@ -24,14 +26,11 @@ enum { OPEN, STICK, MICRO_SLIP, GROSS_SLIP, CONTACT_KINDS };
 /* Loads the library and makes the law for `ndir` directions. */
 replay replay_begin(const options *given, int32_t ndir);
 
-/* Opens the output: called when all input has been read, so that bad input leaves no file behind. */
-void replay_open_output(replay *run);
+/* Adds a number to the output, which is kept until replay_end: a run that fails leaves no half table behind. */
+void replay_put(replay *run, double value);
 
-/* Closes the output and the library. */
-void replay_end(replay *run);
-
-/* Writes ",value" with 17 significant digits, which a reader gets back exactly. */
-void write_number(FILE *output, double value);
+/* Writes the output, a line of column names and the numbers below them, and closes the library. */
+void replay_end(replay *run, const char *header);
 
 /* One point under prescribed slip and pressure. */
 void replay_point(const options *given);

@@ -6,15 +6,20 @@
 #define PROGRAM "mepc_replay"
 
 #if defined(__GNUC__)
-#define PRINTF_LIKE(text, first) __attribute__((format(printf, text, first), noreturn))
+#define PRINTF_LIKE __attribute__((format(printf, 1, 2)))
+#define ENDS_PROGRAM __attribute__((noreturn))
 #else
-#define PRINTF_LIKE(text, first)
+#define PRINTF_LIKE
+#define ENDS_PROGRAM
 #endif
 
 /* Prints "mepc_replay: <text>" on standard error and exits with code 1. */
-PRINTF_LIKE(1, 2) void fail(const char *format, ...);
+ENDS_PROGRAM PRINTF_LIKE void fail(const char *format, ...);
 
 /* Like fail, for the command line: points at --help and exits with code 2. */
-PRINTF_LIKE(1, 2) void fail_usage(const char *format, ...);
+ENDS_PROGRAM PRINTF_LIKE void fail_usage(const char *format, ...);
+
+/* Prints "mepc_replay: note: <text>" on standard error and goes on. */
+PRINTF_LIKE void note(const char *format, ...);
 
 #endif

@@ -1,12 +1,14 @@
 !> The command line.
 module command_line
     use, intrinsic :: iso_fortran_env, only: output_unit, int32, real64
-    use replay_text, only: fail_usage, read_number, whole, text_line
+    use replay_text, only: fail, fail_usage, read_number, whole, text_line
     implicit none
     private
     public :: options, read_options
 
     integer, parameter :: max_props = 64
+    character(13), parameter :: known(6) = [character(13) :: &
+        "--props", "--nstate", "--char-length", "--series", "--parallel", "--output"]
 
     type :: options
         character(:), allocatable :: patch      !< patch file, not allocated for a single point
@@ -42,7 +44,8 @@ contains
             "Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure.", &
             "Pressure is positive in compression; zero or less is an open contact. dissipated_energy counts from the start.", &
             "status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. rotation (radian, about the origin) needs two directions.", &
-            "Any consistent units. Columns are found by name, lines starting with # are skipped.", &
+            "Any consistent units. Columns are found by name, those that are not used are noted; lines starting with # are " // &
+            "skipped.", &
             "", &
             "  --props LIST      properties in their order: mu,gcr,chi,method,pressure_rule,... (required)", &
             "  --nstate N        length of the state array (default: what the library recommends)", &
@@ -68,8 +71,10 @@ contains
         type(options) :: given
         type(text_line) :: words(3) ! mode and files
         character(:), allocatable :: word
+        logical :: seen(size(known))
         integer :: i, count
 
+        seen = .false.
         count = 0
         i = 0
         do while (i < command_argument_count())
@@ -79,7 +84,7 @@ contains
                 call print_help()
                 stop
             else if (index(word, "--") == 1) then
-                call check_option(word, i == command_argument_count())
+                call check_option(word, i == command_argument_count(), seen)
                 i = i + 1
                 call read_option(given, word, argument(i))
             else if (count < 3) then
@@ -104,14 +109,34 @@ contains
         end select
         given%history = words(count)%text
         if (.not. allocated(given%props)) call fail_usage("--props is missing")
+        if (.not. allocated(given%output)) return
+        do i = 2, count
+            call check_output(given%output, words(i)%text)
+        end do
     end function
 
-    subroutine check_option(name, is_last)
+    !> Ends the program if the output is this input. The runtime library knows an open file by whatever name or link.
+    subroutine check_output(output, input)
+        character(*), intent(in) :: output, input
+        integer :: unit, status
+        logical :: is_input
+
+        open (newunit=unit, file=input, action="read", status="old", iostat=status)
+        if (status /= 0) return ! what is wrong with it is told where it is read
+        inquire (file=output, opened=is_input)
+        close (unit)
+        if (is_input) then
+            call fail("--output: " // output // " is the input file " // input // ", which it would overwrite")
+        end if
+    end subroutine
+
+    subroutine check_option(name, is_last, seen)
         character(*), intent(in) :: name
         logical, intent(in) :: is_last
-        character(13), parameter :: known(6) = [character(13) :: &
-            "--props", "--nstate", "--char-length", "--series", "--parallel", "--output"]
+        logical, intent(inout) :: seen(:)
         if (.not. any(known == name)) call fail_usage("unknown option " // name)
+        if (any(seen .and. known == name)) call fail_usage(name // ": given twice")
+        seen = seen .or. known == name
         if (is_last) call fail_usage(name // ": its value is missing")
     end subroutine
 

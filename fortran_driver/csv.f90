@@ -1,10 +1,10 @@
 !> Tables from comma-separated files: columns found by name, every complaint with file, line and column.
 !>
 !> Lines that are blank or start with '#' are skipped, the first other line is the header. Columns that nobody asks for
-!> may hold anything.
+!> may hold anything; note_unused tells of them.
 module csv
     use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor, real64
-    use replay_text, only: fail, read_number, short, whole, trimmed, text_line
+    use replay_text, only: fail, note, read_number, short, whole, trimmed, text_line
     implicit none
     private
     public :: csv_table, csv_read
@@ -15,12 +15,14 @@ module csv
         integer, allocatable :: lines(:)               !< line of the file that each row stands on, from 1
         integer, private :: header_line = 0
         type(text_line), allocatable, private :: names(:)
+        logical, allocatable, private :: used(:)       !< per column: has it been asked for?
         type(text_line), allocatable, private :: content(:) !< the rows as they stand in the file
     contains
         procedure :: has                               !< is there a column of this name?
         procedure :: column                            !< the numbers of a column
         procedure :: time                              !< the column `time`, which must not decrease
         procedure :: where_row                         !< "file:line" of a row
+        procedure :: note_unused                       !< tells of columns that were not asked for
         procedure :: require                           !< complains if a column is missing
         procedure, private :: find
     end type
@@ -44,6 +46,7 @@ contains
                 table%header_line = i
                 call split(lines(i)%text, table%names)
                 call check_names(table)
+                allocate (table%used(size(table%names)), source=.false.)
             else
                 table%rows = table%rows + 1
                 table%lines(table%rows) = i
@@ -198,7 +201,7 @@ contains
 
     !> The numbers of a column; ends the program if it is missing or if a field is not a finite number.
     function column(table, name) result(values)
-        class(csv_table), intent(in) :: table
+        class(csv_table), intent(inout) :: table
         character(*), intent(in) :: name
         real(real64) :: values(table%rows)
         type(text_line), allocatable :: fields(:)
@@ -207,6 +210,7 @@ contains
 
         call table%require(name, "")
         k = table%find(name)
+        table%used(k) = .true.
         do row = 1, table%rows
             call split(table%content(row)%text, fields)
             call read_number(fields(k)%text, values(row), problem)
@@ -216,8 +220,28 @@ contains
         end do
     end function
 
-    function time(table) result(values)
+    !> A note on standard error about columns that were not asked for: one of them may be an optional column mistyped. Files
+    !> with more columns than a replay needs are common (records of a rig, the output of another replay), so it is no error.
+    subroutine note_unused(table)
         class(csv_table), intent(in) :: table
+        character(:), allocatable :: list
+        integer :: i
+
+        list = ""
+        do i = 1, size(table%names)
+            if (table%used(i)) cycle
+            if (list /= "") list = list // ", "
+            if (table%names(i)%text == "") then
+                list = list // whole(i) // " (no name)"
+            else
+                list = list // table%names(i)%text
+            end if
+        end do
+        if (list /= "") call note(table%file // ":" // whole(table%header_line) // ": columns not used: " // list)
+    end subroutine
+
+    function time(table) result(values)
+        class(csv_table), intent(inout) :: table
         real(real64) :: values(table%rows)
         integer :: row
 

@@ -4,10 +4,11 @@ program fric_replay
     use, intrinsic :: iso_fortran_env, only: int32, real64
     use command_line, only: options, read_options
     use csv, only: csv_table, csv_read
-    use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status
+    use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status, &
+        critical_slip
     use friction_patch, only: patch, motion, new_patch
-    use mepc, only: mepc_state_size, mepc_last_error
-    use replay_text, only: fail, number, whole
+    use mepc, only: c_ptr, mepc_law_new, mepc_law_free, mepc_state_size, mepc_last_error
+    use replay_text, only: fail, number, whole, text_line
     implicit none
 
     ! The runtime library does not tell of a full disk; the system does.
@@ -49,8 +50,8 @@ contains
         type(step_info) :: step
         real(real64), allocatable :: time(:), slip(:, :), pressure(:)
         real(real64) :: increment(2), tangent(2, 2), stored, dissipated, total
+        type(text_line), allocatable :: table(:)
         integer :: row, n
-        integer(c_int) :: unit
 
         history = csv_read(given%history)
         allocate (time, source=history%time())
@@ -59,14 +60,15 @@ contains
         slip(1, :) = history%column("slip_1")
         if (n == 2) slip(2, :) = history%column("slip_2")
         allocate (pressure, source=history%column("pressure"))
+        call history%note_unused()
 
         model = new_model(given, n)
         now = virgin_point(model, 1, 0.0_real64, 0.0_real64)
         next = now
         total = 0
-        unit = open_output(given)
-        call put(given, unit, "time" // names("slip", n) // ",pressure" // names("traction", n) // &
-            ",stored_energy,dissipated_energy,status")
+        allocate (table(0:history%rows))
+        table(0)%text = "time" // names("slip", n) // ",pressure" // names("traction", n) // &
+            ",stored_energy,dissipated_energy,status"
         do row = 1, history%rows
             step = step_at(history, time, row)
             increment = slip(:, row)
@@ -75,10 +77,10 @@ contains
             call respond(model, step, now, increment, pressure(row), next, tangent, stored, dissipated)
             now = next ! the step is accepted
             total = total + dissipated
-            call put(given, unit, number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // &
-                numbers(now%tau(:n)) // numbers([stored, total]) // "," // whole(contact_status(now)))
+            table(row)%text = number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // &
+                numbers(now%tau(:n)) // numbers([stored, total]) // "," // whole(contact_status(now))
         end do
-        call close_output(given, unit)
+        call write_output(given, table)
     end subroutine
 
     !> Points that share a rigid tangential motion, with springs in series and in parallel.
@@ -89,10 +91,10 @@ contains
         type(step_info) :: step
         type(motion), allocatable :: motions(:)
         real(real64), allocatable :: time(:)
+        type(text_line), allocatable :: table(:)
         character(:), allocatable :: line
         logical :: turns
         integer :: row, n, iterations
-        integer(c_int) :: unit
 
         history = csv_read(given%history)
         allocate (time, source=history%time())
@@ -101,12 +103,12 @@ contains
         turns = history%has("rotation")
 
         p = new_patch(given%patch, new_model(given, n), given%series)
-        unit = open_output(given)
+        allocate (table(0:history%rows))
         line = "time" // names("displacement", n)
         if (turns) line = line // ",rotation"
         line = line // names("slip", n) // names("force", n)
         if (turns) line = line // ",moment"
-        call put(given, unit, line // ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations")
+        table(0)%text = line // ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations"
         do row = 1, history%rows
             step = step_at(history, time, row)
             call p%advance(motions(row), step, iterations)
@@ -114,14 +116,14 @@ contains
             if (turns) line = line // numbers([p%at%rotation])
             line = line // numbers(p%slip(:n)) // numbers(p%force(:n) + given%parallel * p%at%displacement(:n))
             if (turns) line = line // numbers([p%moment])
-            call put(given, unit, line // numbers([p%stored, p%dissipated]) // wholes(p%counts()) // "," // whole(iterations))
+            table(row)%text = line // numbers([p%stored, p%dissipated]) // wholes(p%counts()) // "," // whole(iterations)
         end do
-        call close_output(given, unit)
+        call write_output(given, table)
     end subroutine
 
     !> What the rows of a patch history prescribe; columns that are missing take their defaults.
     subroutine read_motions(history, motions)
-        type(csv_table), intent(in) :: history
+        type(csv_table), intent(inout) :: history
         type(motion), allocatable, intent(out) :: motions(:)
 
         allocate (motions(history%rows))
@@ -133,22 +135,32 @@ contains
         end if
         motions%pressure_scale = 1
         if (history%has("pressure_scale")) motions%pressure_scale = history%column("pressure_scale")
+        call history%note_unused()
     end subroutine
 
-    !> The model for a number of directions, with the state length that was asked for or that the library recommends.
+    !> The model for a number of directions, with the state length that was asked for or that the library recommends. What is
+    !> wrong with an option is told here, before the routine blames a line of the history for it.
     function new_model(given, ndir) result(model)
         type(options), intent(in) :: given
         integer, intent(in) :: ndir
         type(friction_model) :: model
+        type(c_ptr) :: law
+        integer(int32) :: nprops
 
+        nprops = int(size(given%props), int32)
         model%ndir = int(ndir, int32)
         allocate (model%props, source=given%props)
         model%characteristic_length = given%characteristic_length
-        model%nstate = given%nstate
-        if (model%nstate == 0) then
-            model%nstate = mepc_state_size(model%props, int(size(model%props), int32), model%ndir)
-            if (model%nstate < 0) call fail("--props: " // mepc_last_error())
+        model%nstate = mepc_state_size(model%props, nprops, model%ndir)
+        if (model%nstate < 0) call fail("--props: " // mepc_last_error())
+        if (given%nstate > 0) model%nstate = given%nstate
+        ! A subnormal length would lose digits, the library does not take it.
+        if (critical_slip(model) < tiny(1.0_real64)) call fail("--props: gcr = 0 needs --char-length")
+        ! A law is made for its checks only; it knows no characteristic length, so it gets the critical slip itself.
+        if (mepc_law_new([model%props(1), critical_slip(model), model%props(3:)], nprops, model%ndir, model%nstate, law) < 0) then
+            call fail("--nstate: " // mepc_last_error())
         end if
+        call mepc_law_free(law)
     end function
 
     function step_at(history, time, row) result(step)
@@ -192,37 +204,54 @@ contains
         end do
     end function
 
-    integer(c_int) function open_output(given) result(unit)
+    !> Writes the table, which is complete: a run that fails before leaves no half one behind.
+    subroutine write_output(given, table)
         type(options), intent(in) :: given
-        integer(c_int), parameter :: standard_output = 1, for_all = int(o"666", c_int)
+        type(text_line), intent(in) :: table(:)
+        integer(c_int), parameter :: standard_output = 1
+        integer(c_int) :: unit
+        integer :: i
+        logical :: written
+
         unit = standard_output
-        if (.not. allocated(given%output)) return
-        unit = c_creat(given%output // c_null_char, for_all)
-        if (unit < 0) call fail(given%output // ": cannot be written")
+        if (allocated(given%output)) then
+            unit = create(given%output)
+            if (unit < 0) call fail(given%output // ": cannot be written")
+        end if
+        do i = 1, size(table)
+            written = put(unit, table(i)%text)
+            if (.not. written) exit
+        end do
+        if (allocated(given%output)) then
+            if (c_close(unit) /= 0) written = .false.
+            ! Emptied, so that nobody takes the part for the whole; it may be a device, so not removed.
+            if (.not. written) unit = c_close(create(given%output))
+        end if
+        if (.not. written) call fail(output_name(given) // ": cannot be written, is the disk full?")
+    end subroutine
+
+    !> Opens a file for writing, without what it held.
+    integer(c_int) function create(file)
+        character(*), intent(in) :: file
+        integer(c_int), parameter :: for_all = int(o"666", c_int)
+        create = c_creat(file // c_null_char, for_all)
     end function
 
-    !> Writes a line.
-    subroutine put(given, unit, line)
-        type(options), intent(in) :: given
+    !> Writes a line; false if the system does not take it.
+    logical function put(unit, line)
         integer(c_int), intent(in) :: unit
         character(*), intent(in) :: line
         character(:), allocatable :: rest
         integer(c_size_t) :: written
 
+        put = .true.
         rest = line // new_line("a")
-        do while (len(rest) > 0)
+        do while (put .and. len(rest) > 0)
             written = c_write(unit, rest, len(rest, c_size_t))
-            if (written <= 0) call fail(output_name(given) // ": cannot be written, is the disk full?")
-            rest = rest(written + 1:)
+            put = written > 0
+            if (put) rest = rest(written + 1:)
         end do
-    end subroutine
-
-    subroutine close_output(given, unit)
-        type(options), intent(in) :: given
-        integer(c_int), intent(in) :: unit
-        if (.not. allocated(given%output)) return
-        if (c_close(unit) /= 0) call fail(output_name(given) // ": cannot be written")
-    end subroutine
+    end function
 
     function output_name(given) result(name)
         type(options), intent(in) :: given

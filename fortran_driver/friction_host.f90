@@ -11,7 +11,7 @@ module friction_host
     use replay_text, only: fail, whole
     implicit none
     private
-    public :: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status
+    public :: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status, critical_slip
 
     !> Answers of LM.
     integer(int32), parameter :: slipping = 0, sticking = 1, frictionless = 2
@@ -198,12 +198,14 @@ contains
     real(real64) function multiplier_stiffness(model, pressure)
         type(friction_model), intent(in) :: model
         real(real64), intent(in) :: pressure
-        real(real64) :: critical_slip
+        multiplier_stiffness = max(1000 * model%props(1) * pressure / critical_slip(model), 2 * sqrt(tiny(1.0_real64)))
+    end function
 
+    !> The critical slip that the properties name, zero if they leave it to a characteristic length that is not there.
+    real(real64) function critical_slip(model)
+        type(friction_model), intent(in) :: model
         critical_slip = property(model, 2, 0.0_real64)
         if (critical_slip <= 0) critical_slip = property(model, 6, 0.005_real64) * model%characteristic_length
-        if (critical_slip <= 0) call fail("--props: gcr = 0 needs --char-length")
-        multiplier_stiffness = max(1000 * model%props(1) * pressure / critical_slip, 2 * sqrt(tiny(1.0_real64)))
     end function
 
     !> Elongation of the spring after the change of pressure, before any slip. The stiffness follows the pressure, and under

@@ -72,6 +72,7 @@ contains
         allocate (p%y, source=table%column("y"))
         allocate (p%area, source=table%column("area"))
         allocate (p%reference_pressure, source=table%column("pressure"))
+        call table%note_unused()
         allocate (p%now(table%rows))
         do i = 1, table%rows
             if (p%area(i) < 0) then

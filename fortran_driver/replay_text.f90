@@ -5,7 +5,7 @@ module replay_text
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     implicit none
     private
-    public :: fail, fail_usage, read_number, number, short, whole, trimmed, text_line
+    public :: fail, fail_usage, note, read_number, number, short, whole, trimmed, text_line
 
     character(*), parameter :: program_name = "fric_replay"
 
@@ -19,16 +19,42 @@ contains
     !> Prints "fric_replay: <text>" on standard error and stops with exit code 1.
     subroutine fail(text)
         character(*), intent(in) :: text
-        write (error_unit, "(a)") program_name // ": " // text
+        call say(text)
         stop 1, quiet=.true.
     end subroutine
 
     !> Like fail, for the command line: exit code 2.
     subroutine fail_usage(text)
         character(*), intent(in) :: text
-        write (error_unit, "(a)") program_name // ": " // text
-        write (error_unit, "(a)") program_name // ": try --help"
+        call say(text)
+        call say("try --help")
         stop 2, quiet=.true.
+    end subroutine
+
+    !> Prints "fric_replay: note: <text>" on standard error and goes on.
+    subroutine note(text)
+        character(*), intent(in) :: text
+        call say("note: " // text)
+    end subroutine
+
+    !> What a file or an argument holds may be part of the text: control characters must not reach the terminal.
+    subroutine say(text)
+        character(*), intent(in) :: text
+        character(:), allocatable :: clean
+        character(2) :: digits
+        integer :: i, code
+
+        clean = program_name // ": "
+        do i = 1, len(text)
+            code = iachar(text(i:i))
+            if (code < 32 .or. code == 127) then
+                write (digits, "(z2.2)") code
+                clean = clean // "\x" // digits
+            else
+                clean = clean // text(i:i)
+            end if
+        end do
+        write (error_unit, "(a)") clean
     end subroutine
 
     !> Reads a decimal number in C or Fortran notation that fills the whole text. `problem` is empty, or what is wrong.

@@ -3,9 +3,8 @@
 mod sprung;
 
 use crate::identify::Columns;
-use crate::numbers::{self, short};
-use crate::props::plain;
-use crate::{Outcome, print};
+use crate::numbers::{self, exact, short};
+use crate::{Outcome, print, say};
 use anyhow::{Result, anyhow, bail};
 use mepc::iwan::{Fit, Record};
 use serde_json::{Value, json};
@@ -96,11 +95,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let result = Calibration::new(&cases, arguments);
     for case in &cases {
         for warning in &case.joint.warnings {
-            eprintln!("mepc: {}: warning: {warning}", case.file);
+            say(&format!("{}: warning: {warning}", case.file));
         }
     }
     for warning in &result.warnings {
-        eprintln!("mepc: warning: {warning}");
+        say(&format!("warning: {warning}"));
     }
     if arguments.json {
         print(&format!("{:#}\n", result.json(&cases)))?;
@@ -229,7 +228,7 @@ impl Calibration {
 
     fn props(&self) -> String {
         [self.mu, self.gcr, self.chi]
-            .map(|value| plain(numbers::read(&short(value)).unwrap_or(value)))
+            .map(|value| exact(numbers::read(&short(value)).unwrap_or(value)))
             .join(",")
     }
 

@@ -6,9 +6,9 @@ mod mfront;
 mod programs;
 
 use crate::props::{self, list};
-use crate::{Outcome, numbers, print};
+use crate::{Outcome, numbers, print, say};
 use anyhow::{Result, anyhow, bail};
-use clap::ValueEnum;
+use clap::{ArgAction, ValueEnum};
 use mepc::{Properties, default_state_size};
 use std::path::PathBuf;
 
@@ -28,11 +28,11 @@ pub struct Arguments {
     /// Which host, or language.
     #[arg(value_enum)]
     host: Host,
-    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', allow_hyphen_values = true,
-        value_parser = props::entry, help = props::HELP)]
+    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = props::entry, help = props::HELP)]
     props: Vec<f64>,
     /// Tangential directions: 2 for surfaces, 1 for plane models.
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    #[arg(long, default_value_t = 2, value_parser = |text: &str| numbers::whole::<u8>(text, 1..=2))]
     directions: u8,
     /// The shared library.
     #[arg(long, value_name = "PATH", default_value = "libmepc.so")]
@@ -44,7 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "h", allow_negative_numbers = true, value_parser = numbers::positive)]
     thickness: Option<f64>,
     /// Number of the material (kratos: properties_id; opengeosys: MaterialID).
-    #[arg(long, value_name = "ID", default_value_t = 1)]
+    #[arg(long, value_name = "ID", default_value_t = 1,
+        value_parser = |text: &str| numbers::whole::<u32>(text, 0..=u64::from(u32::MAX)))]
     material: u32,
 }
 
@@ -178,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Host::C => programs::c(&deck),
         Host::Fortran => programs::fortran(&deck),
     };
-    eprintln!("mepc: note: {}", host.checked());
+    say(&format!("note: {}", host.checked()));
     print(&text)
 }
 
@@ -187,10 +188,10 @@ fn absolute(library: &std::path::Path) -> String {
     match library.canonicalize() {
         Ok(path) => path.display().to_string(),
         Err(error) => {
-            eprintln!(
-                "mepc: warning: --library {}: {error}; the host needs the absolute path of the library",
+            say(&format!(
+                "warning: --library {}: {error}; the host needs the absolute path of the library",
                 library.display()
-            );
+            ));
             library.display().to_string()
         }
     }

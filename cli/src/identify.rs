@@ -1,8 +1,8 @@
 //! `mepc identify`: a measured loop to the four parameters of the improved Iwan model.
 
-use crate::numbers::{exact, short};
+use crate::numbers::{self, exact, short};
 use crate::table::Table;
-use crate::{Outcome, print, write};
+use crate::{Outcome, check_output, print, say, write};
 use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -36,13 +36,13 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
     method: Method,
     /// The paper's procedure: the data leave the residual line where they are away from it by this part of F_s.
-    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE)]
+    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE, value_parser = numbers::argument)]
     tolerance: f64,
     /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(20..=100_000))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 20..=100_000))]
     bootstrap: Option<u32>,
     /// Seed of the resampling.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u64>(text, 0..=u64::MAX))]
     seed: u64,
     /// One JSON object on standard output instead of the table.
     #[arg(long)]
@@ -143,6 +143,11 @@ impl Columns {
 /// Bad input, or a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let file = arguments.file.display().to_string();
+    check_output(
+        "--picture",
+        arguments.picture.as_deref(),
+        &[&arguments.file],
+    )?;
     let record = arguments.columns.read(&arguments.file)?;
     let named = |error: mepc::Error| anyhow!("{file}: {}", error.message);
     let least_squares = record.least_squares();
@@ -177,7 +182,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         write(Some(path), &report.picture()?)?;
     }
     for warning in &fit.warnings {
-        eprintln!("mepc: {file}: warning: {warning}");
+        say(&format!("{file}: warning: {warning}"));
     }
     if arguments.json {
         print(&format!("{:#}\n", report.json()))?;

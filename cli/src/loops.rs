@@ -5,6 +5,7 @@ use crate::numbers::{self, exact, short};
 use crate::replay::{Motion, Patch, Points, Springs};
 use crate::{Outcome, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
+use clap::ArgAction;
 use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Vector, default_state_size};
@@ -27,11 +28,11 @@ Examples:
 #[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
 pub struct Arguments {
     /// The joint as a whole.
-    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', allow_hyphen_values = true,
-        value_parser = numbers::argument)]
+    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = numbers::argument)]
     iwan: Option<Vec<f64>>,
-    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', allow_hyphen_values = true,
-        value_parser = props::entry, help = props::HELP, requires = "preload")]
+    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = props::entry, help = props::HELP, requires = "preload")]
     props: Option<Vec<f64>>,
     /// Normal force on the contact (with --props).
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
@@ -43,19 +44,20 @@ pub struct Arguments {
     #[arg(long, value_name = "K_p", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     parallel: Option<f64>,
     /// Displacement amplitudes.
-    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', allow_negative_numbers = true, value_parser = numbers::positive)]
+    #[arg(long, required = true, value_name = "A,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_negative_numbers = true, value_parser = numbers::positive)]
     amplitude: Vec<f64>,
     /// Points per branch.
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(3..=1_000_000))]
+    #[arg(long, default_value_t = 200, value_parser = |text: &str| numbers::whole::<u32>(text, 3..=1_000_000))]
     points: u32,
     /// Cycles of each amplitude.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1000))]
     cycles: u32,
     /// Normal noise on the force, standard deviation as a part of the peak force.
     #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = numbers::argument)]
     noise: f64,
     /// Seed of the noise.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u64>(text, 0..=u64::MAX))]
     seed: u64,
     /// Write the loops there.
     #[arg(long, value_name = "FILE.csv")]
@@ -84,8 +86,9 @@ impl Cycle {
             .fold(0.0, |most: f64, p| most.max(p[1].abs()))
     }
 
-    fn damping(&self) -> f64 {
-        self.closed_form / (TAU * self.amplitude * self.peak())
+    /// Equivalent damping ratio, the energy per cycle being one of the two.
+    fn damping(&self, energy: f64) -> f64 {
+        energy / (TAU * self.amplitude * self.peak())
     }
 }
 
@@ -244,7 +247,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .collect::<Result<_>>()?;
 
     for cycle in &cycles {
-        let sum = cycle.energy + cycle.closed_form + cycle.peak() + cycle.damping();
+        let sum =
+            cycle.energy + cycle.closed_form + cycle.peak() + cycle.damping(cycle.closed_form);
         ensure!(
             sum.is_finite(),
             "--amplitude {:e}: the loop's force or energy is not a finite number",
@@ -281,7 +285,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         write(Some(file), &loops_figure(&cycles).svg()?)?;
     }
     if let Some(file) = &arguments.energy_picture {
-        write(Some(file), &energy_picture(&cycles)?)?;
+        write(Some(file), &energy_picture(&model, &cycles)?)?;
     }
     Ok(Outcome::Done)
 }
@@ -297,7 +301,7 @@ fn energies(cycles: &[Cycle]) -> String {
             short(cycle.peak()),
             short(cycle.energy),
             short(cycle.closed_form),
-            short(cycle.damping())
+            short(cycle.damping(cycle.closed_form))
         );
     }
     text
@@ -327,30 +331,42 @@ fn loops_figure(cycles: &[Cycle]) -> Figure {
     figure("Steady loops", "displacement", "force", curves.collect())
 }
 
-fn energy_picture(cycles: &[Cycle]) -> Result<String> {
-    let mut sorted: Vec<&Cycle> = cycles.iter().collect();
-    sorted.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
-    let curve = |label: &str, stroke, colour, value: &dyn Fn(&Cycle) -> f64| Curve {
-        label: label.to_string(),
-        points: sorted.iter().map(|c| [c.amplitude, value(c)]).collect(),
-        stroke,
-        colour,
+/// Points of the curves of [`energy_picture`].
+const SAMPLES: u32 = 200;
+
+fn energy_picture(model: &Model, cycles: &[Cycle]) -> Result<String> {
+    let mut cycles: Vec<&Cycle> = cycles.iter().collect();
+    cycles.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
+    let largest = cycles.last().map_or(0.0, |c| c.amplitude);
+    // From near zero, so that a single amplitude has a curve too. The closed form needs no more than the ends of a loop.
+    let fine: Vec<Cycle> = (1..=SAMPLES)
+        .map(|k| model.cycle(largest * f64::from(k) / f64::from(SAMPLES), 3))
+        .collect::<Result<_>>()?;
+    let panel = |title: &str, y_label: &str, value: &dyn Fn(&Cycle, f64) -> f64| {
+        let exact = fine.iter().map(|c| [c.amplitude, value(c, c.closed_form)]);
+        let counted = cycles.iter().map(|c| [c.amplitude, value(c, c.energy)]);
+        let curves = vec![
+            Curve {
+                label: "closed form".to_string(),
+                points: exact.collect(),
+                stroke: Stroke::Solid,
+                colour: BLUE,
+            },
+            Curve {
+                label: "along the loop".to_string(),
+                points: counted.collect(),
+                stroke: Stroke::Marks,
+                colour: ORANGE,
+            },
+        ];
+        figure(title, "amplitude", y_label, curves)
     };
     mepc_plot::stacked(&[
-        figure(
-            "Energy per cycle",
-            "amplitude",
-            "energy",
-            vec![
-                curve("closed form", Stroke::Solid, BLUE, &|c| c.closed_form),
-                curve("along the loop", Stroke::Marks, ORANGE, &|c| c.energy),
-            ],
-        ),
-        figure(
+        panel("Energy per cycle", "energy", &|_, energy| energy),
+        panel(
             "Equivalent damping ratio",
-            "amplitude",
             "D / (2 pi A T_max)",
-            vec![curve("", Stroke::Solid, BLUE, &|c| c.damping())],
+            &|cycle, energy| cycle.damping(energy),
         ),
     ])
 }

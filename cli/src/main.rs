@@ -11,7 +11,8 @@ mod table;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// From a measured hysteresis loop of a joint to a contact law and an FE deck.
@@ -87,10 +88,23 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Flagged) => ExitCode::from(3),
         Err(error) => {
-            eprintln!("mepc: {error:#}");
+            say(&format!("{error:#}"));
             ExitCode::FAILURE
         }
     }
+}
+
+/// A message on standard error. What a file holds may be part of it: control characters must not reach the terminal.
+fn say(text: &str) {
+    let mut clean = String::new();
+    for character in text.chars() {
+        if character.is_control() {
+            clean += &format!("\\x{:02X}", u32::from(character));
+        } else {
+            clean.push(character);
+        }
+    }
+    eprintln!("mepc: {clean}");
 }
 
 /// Writes to standard output. A reader who has seen enough (`| head`) is no error.
@@ -108,12 +122,35 @@ fn print(text: &str) -> anyhow::Result<Outcome> {
 }
 
 /// Writes a file, or standard output without a name.
-fn write(file: Option<&std::path::Path>, text: &str) -> anyhow::Result<()> {
-    match file {
-        Some(file) => std::fs::write(file, text)
-            .map_err(|error| anyhow::anyhow!("{}: {error}", file.display())),
-        None => print(text).map(drop),
+fn write(file: Option<&Path>, text: &str) -> anyhow::Result<()> {
+    let Some(file) = file else {
+        return print(text).map(drop);
+    };
+    std::fs::write(file, text).map_err(|error| {
+        // Emptied, so that nobody takes the part for the whole; it may be a device, so not removed.
+        if file.exists() {
+            let _ = std::fs::File::create(file);
+        }
+        anyhow::anyhow!("{}: {error}", file.display())
+    })
+}
+
+/// Refuses an output file that is one of the input files, by whatever name or link.
+fn check_output(option: &str, output: Option<&Path>, inputs: &[&Path]) -> anyhow::Result<()> {
+    let identity = |file: &Path| std::fs::metadata(file).map(|data| (data.dev(), data.ino()));
+    for input in inputs {
+        if let Some(output) = output
+            && let (Ok(ours), Ok(theirs)) = (identity(output), identity(input))
+            && ours == theirs
+        {
+            anyhow::bail!(
+                "{option}: {} is the input file {}, which it would overwrite",
+                output.display(),
+                input.display()
+            );
+        }
     }
+    Ok(())
 }
 
 #[cfg(test)]

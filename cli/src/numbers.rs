@@ -1,5 +1,7 @@
 //! Numbers as text, read and written.
 
+use std::ops::RangeInclusive;
+
 /// A number in C or Fortran notation (`1.5e-3`, `1.5D-3`), finite.
 ///
 /// # Errors
@@ -47,9 +49,34 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// 17 significant digits as C's `%.17g` gives them: enough to get the number back.
+/// For a command line: a whole number in a range.
+///
+/// # Errors
+/// Anything else.
+pub fn whole<T: TryFrom<u64>>(text: &str, range: RangeInclusive<u64>) -> Result<T, String> {
+    let digits = text.bytes().all(|b| b.is_ascii_digit());
+    let value = text
+        .parse()
+        .ok()
+        .filter(|value| digits && range.contains(value));
+    value
+        .and_then(|value| T::try_from(value).ok())
+        .ok_or_else(|| {
+            format!(
+                "'{text}' is not a whole number from {} to {}",
+                range.start(),
+                range.end()
+            )
+        })
+}
+
+/// The shortest text that gives the number back; with an exponent where zeros would hide it.
 pub fn exact(value: f64) -> String {
-    digits(value, 17)
+    if value == 0.0 || (1e-4..1e6).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
 }
 
 /// Six significant digits.
@@ -105,16 +132,36 @@ mod tests {
     }
 
     #[test]
-    fn writes_as_c_does() {
+    fn whole_numbers() {
+        assert_eq!(whole::<u8>("2", 1..=2), Ok(2));
+        for text in [
+            "",
+            "abc",
+            "+1",
+            "-1",
+            "1.0",
+            "0",
+            "3",
+            "99999999999999999999",
+        ] {
+            let words = format!("'{text}' is not a whole number from 1 to 2");
+            assert_eq!(whole::<u8>(text, 1..=2), Err(words));
+        }
+    }
+
+    #[test]
+    fn writes_what_is_read_back() {
         for (value, text) in [
-            (0.1, "0.10000000000000001"),
+            (0.1, "0.1"),
             (-0.5, "-0.5"),
-            (1e-5, "1.0000000000000001e-05"),
-            (1e20, "1e+20"),
+            (1e-5, "1e-5"),
+            (1e20, "1e20"),
             (123456.0, "123456"),
+            (1.0 / 3.0, "0.3333333333333333"),
             (0.0, "0"),
         ] {
             assert_eq!(exact(value), text);
+            assert_eq!(read(text), Ok(value));
         }
         assert_eq!(short(0.004_100_000_1), "0.0041");
         assert_eq!(short(1e6), "1e+06");

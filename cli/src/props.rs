@@ -41,16 +41,7 @@ pub fn complete(properties: &Properties) -> Vec<f64> {
 
 /// Numbers for a deck: short where that is exact.
 pub fn list(props: &[f64]) -> Vec<String> {
-    props.iter().map(|&value| plain(value)).collect()
-}
-
-/// The shortest text that gives the number back; with an exponent where zeros would hide it.
-pub fn plain(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e6).contains(&value.abs()) {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
+    props.iter().map(|&value| numbers::exact(value)).collect()
 }
 
 /// One property for clap.

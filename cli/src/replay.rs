@@ -4,16 +4,17 @@ mod patch;
 mod point;
 
 use crate::numbers;
-use crate::{Outcome, write};
+use crate::{Outcome, check_output, say, write};
 use anyhow::{Result, anyhow};
-use clap::Subcommand;
-use mepc::{Law, default_state_size};
-use std::path::PathBuf;
+use clap::{ArgAction, Subcommand};
+use mepc::{Kind, Law, default_state_size};
+use std::path::{Path, PathBuf};
 
 /// Replay a load history through the contact law.
 ///
 /// Each row holds the values at the end of a step; the first row is a step too, from zero slip and zero pressure. Pressure is
-/// positive in compression; zero or less is an open contact. Columns are found by name, lines starting with # are skipped.
+/// positive in compression; zero or less is an open contact. Columns are found by name, those that are not used are noted; lines
+/// starting with # are skipped.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -58,11 +59,11 @@ enum Mode {
 
 #[derive(clap::Args)]
 struct Common {
-    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', allow_hyphen_values = true,
-        value_parser = crate::props::entry, help = crate::props::HELP)]
+    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
+        allow_hyphen_values = true, value_parser = crate::props::entry, help = crate::props::HELP)]
     props: Vec<f64>,
     /// Length of the state array (default: what the library recommends).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1_000_000))]
     nstate: Option<u32>,
     /// Write the table there (default: standard output).
     #[arg(long, value_name = "FILE")]
@@ -71,12 +72,23 @@ struct Common {
 
 impl Common {
     fn law<const N: usize>(&self) -> Result<Law<N>> {
-        let named = |error: mepc::Error| anyhow!("--props, --nstate: {error}");
+        let named = |error: mepc::Error| {
+            let option = if error.kind == Kind::BadState {
+                "--nstate"
+            } else {
+                "--props"
+            };
+            anyhow!("{option}: {error}")
+        };
         let nstate = match self.nstate {
             Some(n) => n as usize,
             None => default_state_size(&self.props, N).map_err(named)?,
         };
         Law::new(&self.props, nstate).map_err(named)
+    }
+
+    fn check_output(&self, inputs: &[&Path]) -> Result<()> {
+        check_output("--output", self.output.as_deref(), inputs)
     }
 }
 
@@ -87,6 +99,7 @@ impl Common {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (text, forgotten, common) = match &arguments.mode {
         Mode::Point { history, common } => {
+            common.check_output(&[history])?;
             let (text, forgotten) = point::run(history, common)?;
             (text, forgotten, common)
         }
@@ -97,6 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             series,
             parallel,
         } => {
+            common.check_output(&[patch, history])?;
             let springs = Springs {
                 series: *series,
                 parallel: parallel.unwrap_or(0.0),
@@ -107,10 +121,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     write(common.output.as_deref(), &text)?;
     if forgotten > 0 {
-        eprintln!(
-            "mepc: note: the memory was full in {forgotten} updates and the least important reversal was dropped, a longer \
-             state array (--nstate) keeps it"
-        );
+        say(&format!(
+            "note: the memory was full in {forgotten} updates and the least important reversal was dropped, a longer state \
+             array (--nstate) keeps it"
+        ));
     }
     Ok(Outcome::Done)
 }

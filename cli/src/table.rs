@@ -3,8 +3,9 @@
 //! Lines that start with # and blank lines are skipped; the first other line is the header. Fields are separated by
 //! commas, or by semicolons or tabs if the header has no comma.
 
-use crate::numbers;
+use crate::{numbers, say};
 use anyhow::{Result, anyhow, bail};
+use std::cell::Cell;
 use std::io::Read;
 use std::path::Path;
 
@@ -13,6 +14,8 @@ pub struct Table {
     file: String,
     header_line: usize,
     names: Vec<String>,
+    /// Per column: has it been asked for?
+    used: Vec<Cell<bool>>,
     rows: Vec<csv::StringRecord>,
     lines: Vec<usize>,
 }
@@ -37,6 +40,9 @@ impl Table {
     }
 
     fn parse(file: String, text: &str) -> Result<Self> {
+        if text.contains('\0') {
+            bail!("{file}: is not a text file");
+        }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // The lines that count, with their numbers: the reader below would lose count at comments.
         let (lines, kept): (Vec<usize>, Vec<&str>) = text
@@ -97,6 +103,7 @@ impl Table {
         Ok(Table {
             file,
             header_line,
+            used: vec![Cell::new(false); names.len()],
             names,
             rows: records,
             lines: lines[1..].to_vec(),
@@ -121,6 +128,7 @@ impl Table {
                 self.names.join(", ")
             );
         };
+        self.used[column].set(true);
         self.rows
             .iter()
             .enumerate()
@@ -158,6 +166,31 @@ impl Table {
             }
         }
         Ok(time)
+    }
+
+    /// The names of the columns that were not asked for.
+    fn unused(&self) -> Vec<String> {
+        let columns = self.names.iter().zip(&self.used).enumerate();
+        columns
+            .filter(|(_, (_, used))| !used.get())
+            .map(|(index, (name, _))| match name.as_str() {
+                "" => format!("{} (no name)", index + 1),
+                name => name.to_string(),
+            })
+            .collect()
+    }
+
+    /// A note on standard error about columns that were not asked for: one of them may be an optional column mistyped. Files
+    /// with more columns than a replay needs are common (records of a rig, the output of another replay), so it is no error.
+    pub fn note_unused(&self) {
+        let unused = self.unused();
+        if !unused.is_empty() {
+            let place = self.header_place();
+            say(&format!(
+                "note: {place}: columns not used: {}",
+                unused.join(", ")
+            ));
+        }
     }
 
     /// FILE:LINE of a row, for messages.

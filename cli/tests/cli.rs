@@ -256,6 +256,228 @@ fn bad_input_is_named() {
     ] {
         assert_eq!(tool.run(&arguments).code, 2, "{arguments:?}");
     }
+    // In our words, not in those of the parser.
+    for (arguments, words) in [
+        (
+            vec!["replay", "point", "a", "--props", "1,1", "--nstate", "abc"],
+            "'abc' is not a whole number from 1 to 1000000",
+        ),
+        (
+            vec![
+                "loop",
+                "--iwan",
+                "1,1,1,0",
+                "--amplitude",
+                "1",
+                "--points",
+                "2",
+            ],
+            "'2' is not a whole number from 3 to 1000000",
+        ),
+        (
+            vec!["identify", "a", "--bootstrap", "1e3"],
+            "'1e3' is not a whole number from 20 to 100000",
+        ),
+        (
+            vec!["identify", "a", "--tolerance", "x"],
+            "'x' is not a number",
+        ),
+    ] {
+        let run = tool.run(&arguments);
+        assert_eq!(run.code, 2, "{arguments:?}");
+        assert!(run.errors.contains(words), "{arguments:?}: {}", run.errors);
+    }
+    // A list that is given twice is not joined.
+    for arguments in [
+        vec!["replay", "point", "a", "--props", "1,1", "--props", "2.5"],
+        vec!["deck", "abaqus", "--props", "1,1", "--props", "2.5"],
+        vec!["loop", "--iwan", "1,1", "--iwan", "1,0", "--amplitude", "1"],
+        vec![
+            "loop",
+            "--iwan",
+            "1,1,1,0",
+            "--amplitude",
+            "1",
+            "--amplitude",
+            "2",
+        ],
+    ] {
+        let run = tool.run(&arguments);
+        assert_eq!(run.code, 2, "{arguments:?}");
+        assert!(run.errors.contains("multiple times"), "{}", run.errors);
+    }
+}
+
+/// What `mepc replay` says, beside the C driver: the same, but for the name in front.
+#[test]
+fn replay_complains_as_the_c_driver_does() {
+    let tool = Tool::new();
+    let header = "time,slip_1,pressure\n";
+    tool.write("good.csv", &format!("{header}0,0,10\n1,0.001,10\n"));
+    tool.write(
+        "mistyped.csv",
+        "# rig\ntime,slip_1,slip2,pressure,\n0,0,0,10,\n1,0.001,0.001,10,\n",
+    );
+    tool.write("escape.csv", &format!("{header}0,1\u{1b}[3m2,10\n"));
+    tool.write("binary.csv", &format!("{header}0,1\02,10\n"));
+    tool.write("patch.csv", "x,y,area,pressure,id\n0,0,1,10,a\n");
+    tool.write(
+        "motion.csv",
+        "time,displacement_1,Rotation\n0,0,0\n1,0.001,0\n",
+    );
+    std::os::unix::fs::symlink("good.csv", tool.path("soft.csv")).expect("a link");
+    std::fs::hard_link(tool.path("good.csv"), tool.path("hard.csv")).expect("a link");
+    let props = ["--props", "0.3,0.002"];
+    let overwrite = |output: &str, input: &str| {
+        format!("--output: {output} is the input file {input}, which it would overwrite\n")
+    };
+    let cases: [(&[&str], &[&str], i32, String); 12] = [
+        (&["point", "good.csv"], &props, 0, String::new()),
+        (
+            &["point", "mistyped.csv"],
+            &props,
+            0,
+            "note: mistyped.csv:2: columns not used: slip2, 5 (no name)\n".to_string(),
+        ),
+        (
+            &["patch", "patch.csv", "motion.csv"],
+            &props,
+            0,
+            "note: motion.csv:1: columns not used: Rotation\n\
+             note: patch.csv:1: columns not used: id\n"
+                .to_string(),
+        ),
+        (
+            &["point", "escape.csv"],
+            &props,
+            1,
+            "escape.csv:2: column slip_1: '1\\x1B[3m2' is not a number\n".to_string(),
+        ),
+        (
+            &["point", "binary.csv"],
+            &props,
+            1,
+            "binary.csv: is not a text file\n".to_string(),
+        ),
+        (
+            &["point", "good.csv", "--output", "./good.csv"],
+            &props,
+            1,
+            overwrite("./good.csv", "good.csv"),
+        ),
+        (
+            &["point", "good.csv", "--output", "soft.csv"],
+            &props,
+            1,
+            overwrite("soft.csv", "good.csv"),
+        ),
+        (
+            &["point", "good.csv", "--output", "hard.csv"],
+            &props,
+            1,
+            overwrite("hard.csv", "good.csv"),
+        ),
+        (
+            &["patch", "patch.csv", "motion.csv", "--output", "patch.csv"],
+            &props,
+            1,
+            overwrite("patch.csv", "patch.csv"),
+        ),
+        (
+            &["point", "good.csv", "--nstate", "12"],
+            &props,
+            1,
+            "--nstate: bad state: nstate = 12: 1 tangential direction(s) with 1 base knot(s) need at least 13 state \
+             variables, 25 by default\n"
+                .to_string(),
+        ),
+        (
+            &["point", "good.csv", "--props", "0.3,0"],
+            &[],
+            1,
+            "--props: bad property: PROPS(2) gcr = 0.0 with a characteristic length of 0.0: a host without a \
+             characteristic length needs gcr > 0\n"
+                .to_string(),
+        ),
+        (
+            &["point", "good.csv", "--props", "-1,1"],
+            &[],
+            1,
+            "--props: bad property: PROPS(1) mu = -1.0: must be finite and >= 0\n".to_string(),
+        ),
+    ];
+    for (arguments, more, code, words) in cases {
+        let arguments = [arguments, more].concat();
+        let run = tool.run(&[&["replay"], &arguments[..]].concat());
+        assert_eq!(run.code, code, "{arguments:?}: {}", run.errors);
+        assert_eq!(run.errors.replace("mepc: ", ""), words, "{arguments:?}");
+        let Some(mut driver) = c_driver() else {
+            continue;
+        };
+        let theirs = driver.args(&arguments).current_dir(tool.directory.path());
+        let theirs = theirs.output().expect("the C driver starts");
+        let said = String::from_utf8_lossy(&theirs.stderr);
+        assert_eq!(theirs.status.code(), Some(code), "{arguments:?}: {said}");
+        assert_eq!(said.replace("mepc_replay: ", ""), words, "{arguments:?}");
+    }
+    assert!(tool.read("good.csv").starts_with(header));
+}
+
+/// A file that cannot be written to its end is emptied; a picture does not overwrite the loop that it shows.
+#[test]
+fn outputs_are_whole_and_no_inputs() {
+    let tool = Tool::new();
+    let done = std::process::Command::new("bash")
+        .args(["-c", "trap '' XFSZ; ulimit -f 8; exec \"$@\"", "bash"])
+        .arg(env!("CARGO_BIN_EXE_mepc"))
+        .args([
+            "loop",
+            "--iwan",
+            JOINT,
+            "--amplitude",
+            "0.02",
+            "--points",
+            "2000",
+        ])
+        .args(["--output", "loop.csv"])
+        .current_dir(tool.directory.path())
+        .output()
+        .expect("a shell");
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    assert!(said.contains("mepc: loop.csv: "), "{said}");
+    assert_eq!(tool.read("loop.csv"), "");
+
+    tool.ok(&[
+        "loop",
+        "--iwan",
+        JOINT,
+        "--amplitude",
+        "0.02",
+        "--output",
+        "loop.csv",
+    ]);
+    let before = tool.read("loop.csv");
+    let run = tool.run(&["identify", "loop.csv", "--picture", "./loop.csv"]);
+    assert_eq!(run.code, 1);
+    assert!(
+        run.errors
+            .contains("--picture: ./loop.csv is the input file loop.csv")
+    );
+    assert_eq!(tool.read("loop.csv"), before);
+    // The shortest numbers that are read back as they were.
+    for field in before.lines().skip(1).flat_map(|line| line.split(',')) {
+        let value: f64 = field.parse().expect("a number");
+        let shortest = [value.to_string(), format!("{value:e}")];
+        assert!(shortest.iter().any(|text| text == field), "{field}");
+    }
+    assert!(
+        before
+            .lines()
+            .nth(1)
+            .expect("a row")
+            .starts_with("0.02,-0.02,")
+    );
 }
 
 /// Loops of the contact law behind a spring: the law's own numbers come back.
@@ -434,8 +656,26 @@ fn energies_agree_with_the_closed_form() {
         "e.svg",
     ]);
     assert!((csv(&text)[0]["energy"] - 0.269870).abs() < 1e-6, "{text}");
-    for file in ["l.svg", "e.svg"] {
-        roxmltree::Document::parse(&tool.read(file)).expect("the picture is XML");
+    roxmltree::Document::parse(&tool.read("l.svg")).expect("the picture is XML");
+    // One amplitude is enough for curves: energy and damping of the closed form, from near zero to the amplitude.
+    let text = tool.read("e.svg");
+    let picture = roxmltree::Document::parse(&text).expect("the picture is XML");
+    let curves: Vec<Vec<f64>> = picture
+        .descendants()
+        .filter_map(|node| node.attribute("points"))
+        .map(|points| {
+            let heights = points
+                .split_whitespace()
+                .filter_map(|p| p.split(',').nth(1));
+            heights.map(|y| y.parse().expect("a number")).collect()
+        })
+        .filter(|curve: &Vec<f64>| curve.len() >= 100)
+        .collect();
+    assert_eq!(curves.len(), 2);
+    for heights in curves {
+        // Upwards, over most of the panel: some 4000 of the drawing's units.
+        assert!(heights.windows(2).all(|pair| pair[1] <= pair[0]));
+        assert!(heights[0] - heights[heights.len() - 1] > 3000.0);
     }
 }
 
@@ -455,14 +695,21 @@ fn completions_and_manual() {
     }
 }
 
-/// The shipped cases: the same numbers as the C driver's, which goes through the shared library.
-#[test]
-fn replay_is_the_c_drivers() {
+/// The C driver with the shared library; None if they are not built.
+fn c_driver() -> Option<std::process::Command> {
     let driver = root().join("build/mepc_replay");
     let library = std::env::var_os("MEPC_LIBRARY").map_or_else(
         || root().join("target/release/libmepc.so"),
         std::path::PathBuf::from,
     );
+    let mut command = std::process::Command::new(&driver);
+    command.env("MEPC_LIBRARY", &library);
+    (driver.exists() && library.exists()).then_some(command)
+}
+
+/// The shipped cases: the same numbers as the C driver's, which goes through the shared library.
+#[test]
+fn replay_is_the_c_drivers() {
     let cases = root().join("cases");
     let tool = Tool::new();
     let mut compared = 0;
@@ -515,15 +762,11 @@ fn replay_is_the_c_drivers() {
         let ours = tool.ok(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
         let header = ours.lines().next().expect("a header");
         assert!(header.starts_with("time,"));
-        if !driver.exists() || !library.exists() {
+        let Some(mut driver) = c_driver() else {
             continue;
-        }
-        let theirs = std::process::Command::new(&driver)
-            .args(&arguments[1..])
-            .arg("--library")
-            .arg(&library)
-            .output()
-            .expect("the C driver starts");
+        };
+        let theirs = driver.args(&arguments[1..]).output();
+        let theirs = theirs.expect("the C driver starts");
         assert!(
             theirs.status.success(),
             "{}",

@@ -74,6 +74,8 @@ const AXIS_SIZE: i32 = 17;
 const TICK_SIZE: i32 = 15;
 const LEGEND_SIZE: i32 = 15;
 const LEGEND_SAMPLE: i32 = 34;
+/// What varies by less than this part of its size is flat: its variation is rounding, and no ticks could tell it apart.
+const FLAT: f64 = 1e-12;
 /// Marks along a curve.
 const MARKS: usize = 42;
 
@@ -255,10 +257,11 @@ impl Figure {
         if low > high {
             return [0.0, 1.0];
         }
-        let margin = match (high > low, high.abs()) {
-            (true, _) => 0.05 * (high - low),
-            (false, 0.0) => 1.0,
-            (false, size) => 0.05 * size,
+        let size = high.abs().max(low.abs());
+        let margin = match high - low > FLAT * size {
+            true => 0.05 * (high - low),
+            false if size > 0.0 => 0.05 * size,
+            false => 1.0,
         };
         [low - margin, high + margin]
     }
@@ -293,8 +296,11 @@ fn text(size: i32, horizontal: HPos) -> TextStyle<'static> {
     font(size).pos(Pos::new(horizontal, VPos::Center))
 }
 
-/// MARKS points of a curve at equal distances along it, as the eye sees them.
+/// MARKS points of a curve at equal distances along it, as the eye sees them; all of them if they are no more.
 fn spaced(points: &[[f64; 2]], x: [f64; 2], y: [f64; 2]) -> Vec<(f64, f64)> {
+    if points.len() <= MARKS {
+        return points.iter().map(|p| (p[0], p[1])).collect();
+    }
     let mut along = 0.0;
     let mut distances = vec![0.0];
     for pair in points.windows(2) {
@@ -489,6 +495,18 @@ mod tests {
     }
 
     #[test]
+    fn rounding_is_no_range() {
+        let mut flat = wave(false);
+        for (k, point) in flat.curves[0].points.iter_mut().enumerate() {
+            *point = [1.0 + 1e-15 * k as f64, 0.0];
+        }
+        flat.curves.truncate(1);
+        let [low, high] = flat.range(0);
+        assert!((low - 0.95).abs() < 1e-9 && (high - 1.05).abs() < 1e-9);
+        assert_eq!(flat.range(1), [-1.0, 1.0]);
+    }
+
+    #[test]
     fn marks_keep_their_distance() {
         // Points crowd where a sine turns; the marks do not.
         let sine: Vec<[f64; 2]> = (0..=1000)
@@ -499,6 +517,12 @@ mod tests {
             let gap = (pair[0].0 - pair[1].0) * MARKS as f64 / 2.0;
             assert!((1.0..1.1).contains(&gap), "{gap}");
         }
+    }
+
+    #[test]
+    fn few_marks_are_all_drawn() {
+        let points = [[0.0, 0.0], [0.001, 0.0], [1.0, 0.0]];
+        assert_eq!(spaced(&points, [0.0, 1.0], [0.0, 1.0]).len(), 3);
     }
 
     #[test]

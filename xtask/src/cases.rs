@@ -135,6 +135,13 @@ fn points() -> Vec<Table> {
             30,
         ),
         zigzag(
+            "full_memory",
+            "ever smaller loops inside each other, then a large one; mm, MPa",
+            10.0,
+            &[0.0, 0.8, -0.6, 0.6, -0.4, 0.4, -0.2, 0.2, 1.2, -1.2, 1.2],
+            30,
+        ),
+        zigzag(
             "gross_slip",
             "gross slip and return, three times the critical slip; mm, MPa",
             10.0,

@@ -104,8 +104,9 @@ impl Driver {
         })
     }
 
-    /// Replays a case, leaves the driver's table in `output` and returns it.
-    pub fn replay(&self, case: &Case, method: u8, output: &Path) -> Result<Table> {
+    /// Replays a case and leaves the driver's table in `output`. Returns it and the number of updates in which the memory was
+    /// full, as far as the driver knows: FRIC has no place for the library's advisory status.
+    pub fn replay(&self, case: &Case, method: u8, output: &Path) -> Result<(Table, u64)> {
         let mut command = Command::new(&self.program);
         match &case.patch {
             None => command.arg("point"),
@@ -115,6 +116,9 @@ impl Driver {
         let props: Vec<String> = case.props(method).iter().map(f64::to_string).collect();
         command.arg("--props").arg(props.join(","));
         command.arg("--output").arg(output);
+        if let Some(nstate) = case.nstate {
+            command.arg("--nstate").arg(nstate.to_string());
+        }
         for (option, stiffness) in [("--series", case.series), ("--parallel", case.parallel)] {
             if let Some(stiffness) = stiffness {
                 command.arg(option).arg(stiffness.to_string());
@@ -126,15 +130,38 @@ impl Driver {
         let run = command
             .output()
             .with_context(|| format!("{} does not start", self.program.display()))?;
+        let said = String::from_utf8_lossy(&run.stderr);
         if !run.status.success() {
             bail!(
                 "{} on case {}, method {method}: {}: {}",
                 self.program.display(),
                 case.name,
                 run.status,
-                String::from_utf8_lossy(&run.stderr).trim()
+                said.trim()
             );
         }
-        Table::read(output)
+        let memory_full = memory_full(&said).with_context(|| said.trim().to_string())?;
+        Ok((Table::read(output)?, memory_full))
+    }
+}
+
+/// The number in the driver's note on a full memory, zero without a note.
+fn memory_full(said: &str) -> Result<u64> {
+    match said.split_once("note: the memory was full in ") {
+        None => Ok(0),
+        Some((_, rest)) => Ok(rest.split(' ').next().unwrap_or_default().parse()?),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_note_on_a_full_memory_is_read() {
+        let said = "mepc_replay: note: the memory was full in 5 updates and the least important";
+        assert_eq!(memory_full(said).unwrap(), 5);
+        assert_eq!(memory_full("").unwrap(), 0);
+        assert!(memory_full("note: the memory was full in some updates").is_err());
     }
 }

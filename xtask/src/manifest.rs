@@ -27,6 +27,8 @@ pub struct Case {
     pub loop_steps: Option<usize>,
     /// Radius over gcr: the loop is a steady circle.
     pub circle: Option<f64>,
+    /// Length of the state array, so short that the memory gets full; the library's default without it.
+    pub nstate: Option<u32>,
     /// Name of the case whose force this one must reproduce.
     pub same_loop_as: Option<String>,
 }

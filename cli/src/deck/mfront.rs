@@ -1,7 +1,7 @@
 //! Hosts of the MFront interface: OpenGeoSys, where the contact is a thin layer, and MTest, where it is a cohesive zone.
 
 use super::{Deck, Host};
-use crate::props::plain;
+use crate::numbers::exact;
 use anyhow::{Result, bail};
 use std::fmt::Write as _;
 
@@ -40,7 +40,7 @@ pub fn opengeosys(deck: &Deck) -> Result<String> {
             parameters,
             "        <parameter>\n            <name>{parameter}</name>\n            <type>Constant</type>\n            \
              <value>{}</value>\n        </parameter>\n",
-            plain(value)
+            exact(value)
         );
     }
     let library = escape(&deck.library);
@@ -87,12 +87,12 @@ pub fn mtest(deck: &Deck) -> Result<String> {
         let _ = writeln!(
             text,
             "@MaterialProperty<constant> '{name}' {};",
-            plain(value)
+            exact(value)
         );
     }
     let (gcr, gap) = (deck.properties.gcr, deck.properties.gap0);
-    let closed = plain(-gap - 0.1 * gcr);
-    let slip = plain(2.0 * gcr);
+    let closed = exact(-gap - 0.1 * gcr);
+    let slip = exact(2.0 * gcr);
     text += "@ExternalStateVariable 'Temperature' 293.15;\n";
     let _ = writeln!(
         text,

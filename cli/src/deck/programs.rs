@@ -1,7 +1,8 @@
 //! Programs that call the library: a cycle of slip under constant pressure, printed.
 
 use super::Deck;
-use crate::props::{list, plain};
+use crate::numbers::exact;
+use crate::props::list;
 
 /// Slip goes to so many critical slips, in so many steps per quarter of the cycle.
 const AMPLITUDE: f64 = 2.0;
@@ -13,7 +14,7 @@ const PRESSURE: f64 = 100.0;
 pub fn c(deck: &Deck) -> String {
     let props = list(deck.props).join(", ");
     let (ndir, nstate) = (deck.directions, deck.nstate);
-    let step = plain(AMPLITUDE * deck.properties.gcr / f64::from(STEPS));
+    let step = exact(AMPLITUDE * deck.properties.gcr / f64::from(STEPS));
     let (quarter, three) = (STEPS, 3 * STEPS);
     let total = 5 * STEPS;
     format!(

@@ -334,13 +334,15 @@ fn read_points(file: &Path) -> Result<Points> {
             area[row]
         );
     }
-    Ok(Points {
+    let points = Points {
         x: table.column("x")?,
         y: table.column("y")?,
         area,
         pressure: table.column("pressure")?,
         places: (0..table.rows()).map(|row| table.place(row)).collect(),
-    })
+    };
+    table.note_unused();
+    Ok(points)
 }
 
 fn replay<const N: usize>(
@@ -355,6 +357,7 @@ fn replay<const N: usize>(
         .collect::<Result<_>>()?;
     let rotation = history.optional("rotation")?;
     let scale = history.optional("pressure_scale")?;
+    history.note_unused();
     let law = common.law::<N>()?;
     let points = read_points(patch)?;
     let mut patch = Patch::new(&law, &points, springs)?;

@@ -23,6 +23,7 @@ fn replay<const N: usize>(table: &Table, common: &Common) -> Result<(String, usi
         .map(|direction| table.column(&format!("slip_{direction}")))
         .collect::<Result<_>>()?;
     let pressure = table.column("pressure")?;
+    table.note_unused();
     let law = common.law::<N>()?;
     let gcr = law
         .critical_slip(0.0)
