@@ -7,7 +7,7 @@
 !> - LM goes in as it came out.
 module friction_host
     use, intrinsic :: iso_fortran_env, only: int32, real64
-    use mepc, only: fric, mepc_open
+    use mepc, only: fric, mepc_contact_open
     use replay_text, only: fail, whole
     implicit none
     private
@@ -115,7 +115,7 @@ contains
     !> What the contact does: 0 open, else the first state variable.
     integer function contact_status(point)
         type(contact_point), intent(in) :: point
-        contact_status = mepc_open
+        contact_status = mepc_contact_open
         if (point%lm /= frictionless) contact_status = nint(point%statev(1))
     end function
 

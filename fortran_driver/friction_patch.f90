@@ -10,7 +10,7 @@ module friction_patch
     use csv, only: csv_table, csv_read
     use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, &
         contact_status
-    use mepc, only: mepc_open, mepc_gross_slip
+    use mepc, only: mepc_contact_open, mepc_contact_gross_slip
     use replay_text, only: fail, short, whole
     implicit none
     private
@@ -288,7 +288,7 @@ contains
     !> Number of points per contact status.
     function counts(p) result(count)
         class(patch), intent(in) :: p
-        integer :: count(mepc_open:mepc_gross_slip)
+        integer :: count(mepc_contact_open:mepc_contact_gross_slip)
         integer :: i, status
         count = 0
         do i = 1, size(p%now)

@@ -44,8 +44,6 @@ module mepc
     integer(c_int32_t), parameter, public :: mepc_contact_stick = 1
     integer(c_int32_t), parameter, public :: mepc_contact_micro_slip = 2
     integer(c_int32_t), parameter, public :: mepc_contact_gross_slip = 3
-    !> The names that two of these had first.
-    integer(c_int32_t), parameter, public :: mepc_open = mepc_contact_open, mepc_gross_slip = mepc_contact_gross_slip
 
     interface
         !> Version of the interface that the library offers: a program stops where it is not mepc_abi.
