@@ -384,6 +384,32 @@ fn v09_step_size() {
     assert!(full < 1e-9, "{full:e}");
 }
 
+/// Thirty nested loops, each a little smaller than the one before: what dropped reversals cost (README, State variables).
+#[test]
+fn v09_what_a_full_memory_costs() {
+    for (nstate, bound) in [(25, 0.02), (least_state(1, 1), 0.2)] {
+        let mut worst = 0.0f64;
+        for shrinks in [0.95, 0.9, 0.8, 0.7f64] {
+            let mut point = Point::<1>::with_state_size(&unit(2.5), nstate);
+            let mut exact = Masing::new(Backbone::Power { chi: 2.5 });
+            let mut full = false;
+            for k in 0..30 {
+                let (from, to) = (point.slip[0], 1.2 * (-shrinks).powi(k));
+                for part in 1..=100 {
+                    let s = from + (to - from) * f64::from(part) / 100.0;
+                    let response = point.move_to([s], 1.0);
+                    full |= response.memory_full;
+                    exact.move_to(s);
+                    worst = worst.max((response.traction[0] - exact.traction()).abs());
+                }
+            }
+            assert!(full, "{nstate}: the memory is never full");
+        }
+        println!("{nstate} state variables: {:.2} % of mu p", 100.0 * worst);
+        assert!(worst < bound, "{nstate}: {worst}");
+    }
+}
+
 /// Worst differences of traction and of the dissipation of a branch between one step and a thousand.
 fn one_step_or_a_thousand<const N: usize>(
     start: Point<N>,
