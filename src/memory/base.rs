@@ -27,11 +27,13 @@ impl<const N: usize> Curve<N> {
         }
         let mut sums = Sums::new();
         let mut slips = 0;
-        // It has room for as many.
-        let _ = end.base.try_extend_from_slice(&self.base);
-        let knots = end.base[1..].as_chunks_mut::<WIDTH>().0.iter_mut();
+        end.base.push([0.0; N]);
+        let knots = self.base[1..].as_chunks::<WIDTH>().0;
         for (chunk, (lanes, knots)) in grid.lanes.iter().zip(knots).enumerate() {
-            slips |= sums.add(lanes, knots, d) << (chunk * WIDTH);
+            let (knots, bits) = sums.add(lanes, knots, d);
+            slips |= bits << (chunk * WIDTH);
+            // It has room for as many.
+            let _ = end.base.try_extend_from_slice(&knots);
         }
         Moved {
             slips,
@@ -98,7 +100,12 @@ impl<const N: usize> Sums<N> {
 
     /// Moves some knots and brings those that slip back onto their limits; gives which do, bit by bit.
     #[inline(always)]
-    fn add(&mut self, lanes: &Lanes, knots: &mut [[f64; N]; WIDTH], d: &Vector<N>) -> u64 {
+    fn add(
+        &mut self,
+        lanes: &Lanes,
+        knots: &[[f64; N]; WIDTH],
+        d: &Vector<N>,
+    ) -> ([[f64; N]; WIDTH], u64) {
         let mut e: [Lane; N] = from_fn(|i| Lane(from_fn(|lane| knots[lane][i])) + Lane::all(d[i]));
         let length2 = dot(&e, &e);
         let slips = length2.reaches(lanes.outside, dot(&e, &from_fn(|i| Lane::all(d[i]))));
@@ -120,8 +127,7 @@ impl<const N: usize> Sums<N> {
                 }
             }
         }
-        *knots = from_fn(|lane| from_fn(|i| e[i].0[lane]));
-        bits
+        (from_fn(|lane| from_fn(|i| e[i].0[lane])), bits)
     }
 
     /// Weight times gain times (I - n n^T).

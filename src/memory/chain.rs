@@ -89,13 +89,13 @@ impl<const N: usize> Chain<N> {
                 self.fronts.push(*front);
             }
         } else {
-            self.place_close(front, values, k, grid);
+            self.place_close(*front, *values, k, grid);
         }
     }
 
     /// Stores a front that has all but fallen on another knot.
     #[cold]
-    fn place_close(&mut self, front: &Front<N>, values: &Values, k: usize, grid: &Grid<N>) {
+    fn place_close(&mut self, front: Front<N>, values: Values, k: usize, grid: &Grid<N>) {
         while let Some(last) = self.knots.last_mut()
             && last.above as usize == k
             && front.r - last.r < SAME
@@ -113,15 +113,15 @@ impl<const N: usize> Chain<N> {
         }
         let bottom = if k == 0 { 0.0 } else { grid.nodes[k - 1].r };
         if grid.nodes[k].r - front.r < SAME {
-            self.stray(front, k);
+            self.stray(&front, k);
         } else if front.r - bottom >= SAME {
             self.knots
-                .push(Knot::new(front.r, front.n * front.r, values, k, true));
-            self.fronts.push(*front);
+                .push(Knot::new(front.r, front.n * front.r, &values, k, true));
+            self.fronts.push(front);
         } else if k == 0 {
             self.at_origin = true;
         } else {
-            self.stray(front, k - 1);
+            self.stray(&front, k - 1);
         }
     }
 

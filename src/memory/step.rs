@@ -3,7 +3,6 @@
 //! The base grid is moved as a whole and gives sums with fixed weights. Only the segments of it in which slip ends or
 //! begins, or floating knots lie, are looked at knot by knot, and put right in the sums: one or two in nearly all steps.
 
-use super::base::Moved;
 use super::chain::{Chain, Lost, Stray};
 use super::grid::Grid;
 use super::knot::{Front, Knot, Segment, Trial, front};
@@ -106,7 +105,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         let passed = loop {
             match self.place_fronts(&mut chain, end) {
                 // Rounding must not cut it: it slips as a whole.
-                Err(sticking_end) => self.yield_whole(sticking_end, &mut moved, end),
+                Err(sticking_end) => moved.turn += self.yield_whole(sticking_end, end),
                 Ok(passed) => {
                     if chain.knots.len() <= room {
                         break passed;
@@ -121,7 +120,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         };
         let contact = self.moves.then(|| self.contact(passed.slope));
         for stray in &chain.strays {
-            self.stand_on_base(stray, &mut moved, end);
+            moved.turn += self.stand_on_base(stray, end);
         }
 
         let mut sums = Sums {
@@ -137,7 +136,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         }
         self.add_chain(&chain, end, &mut sums);
         for stray in &chain.strays {
-            self.add_stray(stray, &chain.knots, end, &mut sums);
+            sums = self.add_stray(stray, &chain.knots, end, sums);
         }
         // Where nothing slips, not even the elements without a limit, the front stands on knot 0.
         if chain.at_origin || !self.moves {
@@ -417,40 +416,49 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
             .sum()
     }
 
-    /// A segment along the yield boundary slips as a whole.
+    /// A segment along the yield boundary slips as a whole; gives what that adds to the part of the tangent that turns.
     #[cold]
-    fn yield_whole(&mut self, sticking_end: Along, moved: &mut Moved<N>, end: &mut Curve<N>) {
+    fn yield_whole(&mut self, sticking_end: Along, end: &mut Curve<N>) -> Matrix<N> {
+        let mut turn = Matrix::zeros();
         match sticking_end {
             Along::Floating(index) => self.floating_slips |= 1 << index,
             Along::Base(k) => {
                 self.base_slips |= 1 << k;
                 let node = &self.grid.nodes[k];
-                moved.turn += self.turn(k) * node.weight;
+                turn = self.turn(k) * node.weight;
                 let e = Vector::from(end.base[1 + k]);
                 end.base[1 + k] = (e * (node.r / e.norm())).into();
             }
         }
         self.settle_order();
+        turn
     }
 
-    /// A base knot on which a front fell moves with it.
+    /// A base knot on which a front fell moves with it; gives what that adds to the part of the tangent that turns.
     #[cold]
-    fn stand_on_base(&mut self, stray: &Stray<N>, moved: &mut Moved<N>, end: &mut Curve<N>) {
+    fn stand_on_base(&mut self, stray: &Stray<N>, end: &mut Curve<N>) -> Matrix<N> {
         if stray.lost == Lost::Dropped {
-            return;
+            return Matrix::zeros();
         }
         let k = stray.k;
         let node = &self.grid.nodes[k];
-        if self.slips(k) {
-            self.base_slips &= !(1 << k);
-            moved.turn -= self.turn(k) * node.weight;
-        }
         end.base[1 + k] = (stray.front.n * node.r).into();
+        if !self.slips(k) {
+            return Matrix::zeros();
+        }
+        self.base_slips &= !(1 << k);
+        self.turn(k) * -node.weight
     }
 
     /// Adds to the tangent what a front gives that has no knot.
     #[cold]
-    fn add_stray(&self, stray: &Stray<N>, knots: &[Knot<N>], end: &Curve<N>, sums: &mut Sums<N>) {
+    fn add_stray(
+        &self,
+        stray: &Stray<N>,
+        knots: &[Knot<N>],
+        end: &Curve<N>,
+        mut sums: Sums<N>,
+    ) -> Sums<N> {
         let Stray { lost, k, front } = stray;
         match lost {
             Lost::Touching => {}
@@ -471,6 +479,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
                 sums.add_front(front, here.slope, &segment);
             }
         }
+        sums
     }
 
     /// The segment below base knot k, or that part of it that holds r.
