@@ -6,14 +6,15 @@ use crate::backbone::Values;
 /// A knot of the curve at the end of a step, or at its start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Knot<const N: usize> {
+    // In this order: with e next to f compilers load the two as one, which has to wait until both have been stored.
     /// Slip limit.
     pub(super) r: f64,
-    /// Elastic deflection.
-    pub(super) e: Vector<N>,
     /// The backbone at r, its slope and its integral.
     pub(super) f: f64,
     pub(super) slope: f64,
     pub(super) integral: f64,
+    /// Elastic deflection.
+    pub(super) e: Vector<N>,
     /// The base knot next above (for a floating knot), or the knot itself.
     pub(super) above: u32,
     pub(super) is_front: bool,
