@@ -156,13 +156,13 @@ impl<const N: usize> Segment<N> {
     pub(super) fn between(a: &Knot<N>, b: &Knot<N>) -> Self {
         let width = b.r - a.r;
         let inverse_width = 1.0 / width;
-        let mut secant = (b.f - a.f) * inverse_width;
-        // At r = 1 the slope may jump or be steep: there the secant itself is better.
-        if width < SHORT * b.r && b.r < 1.0 {
-            secant = 0.5 * (a.slope + b.slope);
-        }
+        let secant = (b.f - a.f) * inverse_width;
         Segment {
-            secant,
+            secant: if width < SHORT * b.r {
+                short_secant(b.r, 0.5 * (a.slope + b.slope), secant)
+            } else {
+                secant
+            },
             slope: (b.e - a.e) * inverse_width,
         }
     }
@@ -174,6 +174,13 @@ impl<const N: usize> Segment<N> {
             slope: Vector::zeros(),
         }
     }
+}
+
+/// The secant of a short segment that ends at r, where its own quotient loses digits.
+#[cold]
+fn short_secant(r: f64, mean_slope: f64, secant: f64) -> f64 {
+    // At r = 1 the slope may jump or be steep: there the quotient is better.
+    if r < 1.0 { mean_slope } else { secant }
 }
 
 /// How much the traction changes when a floating knot is taken out, as the quotient of two numbers: its distance from
