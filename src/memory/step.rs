@@ -6,7 +6,7 @@
 use super::chain::{Chain, Lost, Stray};
 use super::grid::Grid;
 use super::knot::{Front, Knot, Segment, Trial, front};
-use super::{Curve, Increment, Matrix, STICK, Vector, is_outside, length};
+use super::{Curve, Increment, Matrix, STICK, Vector, is_outside, length, onto_limit};
 use crate::backbone::Backbone;
 use crate::state::Contact;
 
@@ -357,7 +357,11 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
                     sums.add_front(front, slope, &segment);
                 }
                 if N > 1 && below.r == bottom.r && k > 0 && self.slips(k - 1) {
-                    sums.add_slipping(&bottom.e, &self.turn(k - 1), chord.secant - segment.secant);
+                    sums.add_slipping(
+                        &bottom.e,
+                        &self.turn(k - 1, &bottom.e),
+                        chord.secant - segment.secant,
+                    );
                 }
                 if N == 1 && here.is_front {
                     // The only one. How fast it moves and how far the slopes differ cancel.
@@ -382,7 +386,7 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
                 sums.add_front(front, slope, &segment);
             }
             if N > 1 && self.slips(k) {
-                sums.add_slipping(&top.e, &self.turn(k), segment.secant - chord.secant);
+                sums.add_slipping(&top.e, &self.turn(k, &top.e), segment.secant - chord.secant);
             }
         }
     }
@@ -399,12 +403,11 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         self.floating_slips >> index & 1 == 1
     }
 
-    /// How base knot k turns on its limit: r / |trial| (I - n n^T).
-    fn turn(&self, k: usize) -> Matrix<N> {
+    /// How base knot k, brought back to e, turns on its limit: r / |trial| (I - n n^T), where r n = e.
+    #[inline(always)]
+    fn turn(&self, k: usize, e: &Vector<N>) -> Matrix<N> {
         let trial = Vector::from(self.start.base[1 + k]) + self.d;
-        let length = trial.norm();
-        let n = trial / length;
-        (Matrix::identity() - n * n.transpose()) * (self.grid.nodes[k].r / length)
+        (Matrix::identity() * e.norm_squared() - e * e.transpose()) / e.dot(&trial)
     }
 
     /// Weight times e of the base knots that slip, with the weights of the base grid alone.
@@ -425,9 +428,9 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
             Along::Base(k) => {
                 self.base_slips |= 1 << k;
                 let node = &self.grid.nodes[k];
-                turn = self.turn(k) * node.weight;
-                let e = Vector::from(end.base[1 + k]);
-                end.base[1 + k] = (e * (node.r / e.norm())).into();
+                let e = onto_limit(node.r, &end.base[1 + k].into());
+                turn = self.turn(k, &e) * node.weight;
+                end.base[1 + k] = e.into();
             }
         }
         self.settle_order();
@@ -442,12 +445,12 @@ impl<const N: usize, B: Backbone> Step<'_, N, B> {
         }
         let k = stray.k;
         let node = &self.grid.nodes[k];
-        end.base[1 + k] = (stray.front.n * node.r).into();
+        let before = std::mem::replace(&mut end.base[1 + k], (stray.front.n * node.r).into());
         if !self.slips(k) {
             return Matrix::zeros();
         }
         self.base_slips &= !(1 << k);
-        self.turn(k) * -node.weight
+        self.turn(k, &before.into()) * -node.weight
     }
 
     /// Adds to the tangent what a front gives that has no knot.
