@@ -113,7 +113,7 @@ impl<const N: usize> Chain<N> {
         }
         let bottom = if k == 0 { 0.0 } else { grid.nodes[k - 1].r };
         if grid.nodes[k].r - front.r < SAME {
-            self.stray(&front, k);
+            self.stray(front, k);
         } else if front.r - bottom >= SAME {
             self.knots
                 .push(Knot::new(front.r, front.n * front.r, &values, k, true));
@@ -121,12 +121,12 @@ impl<const N: usize> Chain<N> {
         } else if k == 0 {
             self.at_origin = true;
         } else {
-            self.stray(&front, k - 1);
+            self.stray(front, k - 1);
         }
     }
 
     /// A front falls on base knot k.
-    fn stray(&mut self, front: &Front<N>, k: usize) {
+    fn stray(&mut self, front: Front<N>, k: usize) {
         let mut lost = Lost::OnBase;
         if let Some(last) = self.strays.last()
             && last.k == k
@@ -137,11 +137,7 @@ impl<const N: usize> Chain<N> {
             }
             lost = Lost::Touching;
         }
-        self.strays.push(Stray {
-            lost,
-            k,
-            front: *front,
-        });
+        self.strays.push(Stray { lost, k, front });
     }
 
     /// Drops a knot for which there is no room.
