@@ -29,18 +29,16 @@ fn assert_truth(json: &Value, part: f64) {
     }
 }
 
+/// Leaves the loop of a joint in a file.
+fn write_loop(tool: &Tool, joint: &str, file: &str) {
+    let loops = ["loop", "--iwan", joint, "--amplitude", "0.02"];
+    tool.ok(&[&loops[..], &["--output", file]].concat());
+}
+
 #[test]
 fn loop_to_parameters() {
     let tool = Tool::new();
-    tool.ok(&[
-        "loop",
-        "--iwan",
-        JOINT,
-        "--amplitude",
-        "0.02",
-        "--output",
-        "clean.csv",
-    ]);
+    write_loop(&tool, JOINT, "clean.csv");
     let json = tool.json(&["identify", "clean.csv", "--json", "--picture", "clean.svg"]);
     assert_truth(&json, 1e-3);
     assert_eq!(json["warnings"].as_array().map(Vec::len), Some(0));
@@ -448,15 +446,7 @@ fn outputs_are_whole_and_no_inputs() {
     assert!(said.contains("mepc: loop.csv: "), "{said}");
     assert_eq!(tool.read("loop.csv"), "");
 
-    tool.ok(&[
-        "loop",
-        "--iwan",
-        JOINT,
-        "--amplitude",
-        "0.02",
-        "--output",
-        "loop.csv",
-    ]);
+    write_loop(&tool, JOINT, "loop.csv");
     let before = tool.read("loop.csv");
     let run = tool.run(&["identify", "loop.csv", "--picture", "./loop.csv"]);
     assert_eq!(run.code, 1);
@@ -570,15 +560,7 @@ fn calibration_of_table_2() {
     let mut arguments = vec!["calibrate", "--area", "361.52", "--json"];
     let files = rows.map(|(preload, joint)| {
         let file = format!("p{preload}.csv");
-        tool.ok(&[
-            "loop",
-            "--iwan",
-            joint,
-            "--amplitude",
-            "0.02",
-            "--output",
-            &file,
-        ]);
+        write_loop(&tool, joint, &file);
         file
     });
     for ((preload, _), file) in rows.iter().zip(&files) {

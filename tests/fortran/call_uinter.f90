@@ -5,9 +5,9 @@ program call_uinter
     implicit none
     external :: uinter
     type(model) :: m
-    real(real64), allocatable :: stress(:), ddsddr(:, :), amki(:, :), amski(:, :), ddsddt(:, :), ddfddr(:, :), statev(:)
-    real(real64), allocatable :: rdisp(:), drdisp(:)
-    real(real64) :: props(12), flux(2), ddfddt(2, 2), sed, sfd, spd, svd, scd, pnewdt, slip(2), pressure, before(3)
+    real(real64), allocatable :: stress(:), ddsddr(:, :), statev(:), rdisp(:), drdisp(:)
+    type(zero_outputs) :: zero
+    real(real64) :: props(12), flux(2), sed, sfd, pnewdt, slip(2), pressure, before(3)
     real(real64) :: none(9), total, turnover
     integer(int32) :: step, ndir, lopenclose, lstate, lsdi, i
     character(80), parameter :: ciname = 'BOLT', slname = 'PLATE', msname = 'WASHER'
@@ -19,8 +19,7 @@ program call_uinter
         16.0_real64, 0.0_real64, 0.0_real64, 0.0_real64]
     props(:m%nprops) = m%props
     props(7) = normal_stiffness
-    allocate (stress(ndir), ddsddr(ndir, ndir), amki(ndir, ndir), amski(ndir, ndir), ddsddt(ndir, 2), ddfddr(2, ndir))
-    allocate (rdisp(ndir), drdisp(ndir))
+    allocate (stress(ndir), ddsddr(ndir, ndir), rdisp(ndir), drdisp(ndir))
     allocate (statev(m%nstate), source=0.0_real64)
     before = 0
     none = 0
@@ -38,25 +37,18 @@ program call_uinter
         flux = untouched
         ! A host need not clear what is written.
         ddsddr = untouched
-        amki = untouched
-        amski = untouched
-        ddfddt = untouched
-        ddsddt = untouched
-        ddfddr = untouched
-        spd = untouched
-        svd = untouched
-        scd = untouched
+        zero = spoiled(ndir)
         lstate = -99
         lsdi = -99
-        call uinter(stress, ddsddr, amki, amski, flux, ddfddt, ddsddt, ddfddr, statev, sed, sfd, spd, svd, scd, pnewdt, &
-            rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), 1.0_real64, 0.0_real64, ciname, slname, &
-            msname, props, none(:3), none, identity, 1.0_real64, 0.0_real64, 7_int32, ndir, m%nstate, 1_int32, &
-            12_int32, 3_int32, 1_int32, step, 1_int32, 0_int32, lopenclose, lstate, lsdi, 0_int32)
+        call uinter(stress, ddsddr, zero%amki, zero%amski, flux, zero%ddfddt, zero%ddsddt, zero%ddfddr, statev, sed, sfd, &
+            zero%spd, zero%svd, zero%scd, pnewdt, rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), &
+            1.0_real64, 0.0_real64, ciname, slname, msname, props, none(:3), none, identity, 1.0_real64, 0.0_real64, &
+            7_int32, ndir, m%nstate, 1_int32, 12_int32, 3_int32, 1_int32, step, 1_int32, 0_int32, lopenclose, lstate, &
+            lsdi, 0_int32)
         call expect(pnewdt == 1, 'a cutback')
         call expect(lopenclose == merge(1, 0, pressure > 0), 'LOPENCLOSE')
         call expect(lstate == -99 .and. lsdi == -99 .and. all(flux == untouched), 'LSTATE, LSDI, FLUX')
-        call expect(all(amki == 0) .and. all(amski == 0) .and. all(ddfddt == 0) .and. all(ddsddt == 0) .and. &
-            all(ddfddr == 0) .and. spd == 0 .and. svd == 0 .and. scd == 0, 'derivatives that are zero')
+        call zero%check()
         total = total + sfd
         turnover = turnover + abs(sfd)
         call expect(abs(total - statev(4)) <= 1e-12_real64 * turnover, 'SFD against the state')

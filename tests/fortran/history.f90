@@ -6,7 +6,7 @@ module history
     use, intrinsic :: iso_fortran_env, only: int32, real64, output_unit
     implicit none
     private
-    public :: model, read_model, next_step, put, expect
+    public :: model, read_model, next_step, put, expect, zero_outputs, spoiled
 
     !> Normal stiffness that the callers divide a pressure by: a power of two, so that nothing is rounded.
     real(real64), parameter, public :: normal_stiffness = 1048576.0_real64
@@ -16,6 +16,14 @@ module history
     type :: model
         integer(int32) :: ndir, nstate, nprops, nsteps
         real(real64), allocatable :: props(:)
+    end type
+
+    !> The outputs of UINTER that are always zero.
+    type :: zero_outputs
+        real(real64), allocatable :: amki(:, :), amski(:, :), ddfddt(:, :), ddsddt(:, :), ddfddr(:, :)
+        real(real64) :: spd = untouched, svd = untouched, scd = untouched
+    contains
+        procedure :: check => check_zeros
     end type
 
 contains
@@ -37,6 +45,21 @@ contains
     subroutine put(numbers)
         real(real64), intent(in) :: numbers(:)
         write (output_unit, '(*(es25.17e3, 1x))') numbers
+    end subroutine
+
+    !> What a host hands over for them that does not clear what is written; NDIR components.
+    function spoiled(ndir) result(zero)
+        integer(int32), intent(in) :: ndir
+        type(zero_outputs) :: zero
+        allocate (zero%amki(ndir, ndir), zero%amski(ndir, ndir), zero%ddfddr(2, ndir), source=untouched)
+        allocate (zero%ddfddt(2, 2), zero%ddsddt(ndir, 2), source=untouched)
+    end function
+
+    subroutine check_zeros(zero)
+        class(zero_outputs), intent(in) :: zero
+        call expect(all(zero%amki == 0) .and. all(zero%amski == 0) .and. all(zero%ddfddt == 0) .and. &
+            all(zero%ddsddt == 0) .and. all(zero%ddfddr == 0), 'derivatives that are zero')
+        call expect(zero%spd == 0 .and. zero%svd == 0 .and. zero%scd == 0, 'energies that are zero')
     end subroutine
 
     subroutine expect(condition, what)

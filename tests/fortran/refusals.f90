@@ -36,28 +36,22 @@ contains
         real(real64), intent(in) :: props(:), rdisp(3), drdisp(3), drot(2, 2)
         real(real64), intent(inout) :: stress(3), statev(:), ddsddr(3, 3), pnewdt, sfd
         integer(int32), intent(inout) :: lopenclose
-        real(real64) :: amki(3, 3), amski(3, 3), flux(2), ddfddt(2, 2), ddsddt(3, 2), ddfddr(2, 3), sed, spd, svd, scd
+        real(real64) :: flux(2), sed
+        type(zero_outputs) :: zero
         integer(int32) :: lstate, lsdi
         character(80) :: interaction
 
         interaction = name
         ! A host need not clear what is written.
         ddsddr = untouched
-        amki = untouched
-        amski = untouched
-        ddfddt = untouched
-        ddsddt = untouched
-        ddfddr = untouched
         sfd = untouched
-        spd = untouched
-        svd = untouched
-        scd = untouched
-        call uinter(stress, ddsddr, amki, amski, flux, ddfddt, ddsddt, ddfddr, statev, sed, sfd, spd, svd, scd, pnewdt, &
-            rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), 1.0_real64, 0.0_real64, interaction, other, &
-            other, props, none(:3), none(:9), drot, 1.0_real64, 0.0_real64, 7_int32, 3_int32, nstate, 1_int32, &
-            int(size(props), int32), 3_int32, 2_int32, 5_int32, 1_int32, 0_int32, lopenclose, lstate, lsdi, 0_int32)
-        call expect(all(amki == 0) .and. all(amski == 0) .and. all(ddfddt == 0) .and. all(ddsddt == 0) .and. &
-            all(ddfddr == 0) .and. spd == 0 .and. svd == 0 .and. scd == 0, 'derivatives and energies that are zero')
+        zero = spoiled(3_int32)
+        call uinter(stress, ddsddr, zero%amki, zero%amski, flux, zero%ddfddt, zero%ddsddt, zero%ddfddr, statev, sed, sfd, &
+            zero%spd, zero%svd, zero%scd, pnewdt, rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), &
+            1.0_real64, 0.0_real64, interaction, other, other, props, none(:3), none(:9), drot, 1.0_real64, 0.0_real64, &
+            7_int32, 3_int32, nstate, 1_int32, int(size(props), int32), 3_int32, 2_int32, 5_int32, 1_int32, 0_int32, &
+            lopenclose, lstate, lsdi, 0_int32)
+        call zero%check()
     end subroutine
 
     !> `normal` and `tangential`: what DDSDDR must hold then.
