@@ -65,20 +65,14 @@ impl<const N: usize> Curve<N> {
     /// Traction and stored energy of the base knots alone.
     #[inline(always)]
     pub(super) fn base_sums(&self, grid: &Grid<N>) -> (Vector<N>, f64) {
-        if N == 1 {
-            let (e, node) = (Vector::from(self.base[1]), &grid.nodes[0]);
-            return (e * node.weight, e.norm_squared() * node.energy);
+        let (mut traction, mut stored) = (Vector::zeros(), Vector::<N>::zeros());
+        let mut below = Vector::<N>::zeros();
+        for (node, e) in grid.nodes.iter().zip(self.base()) {
+            let e = Vector::from(*e);
+            traction += e * node.weight;
+            stored += e.component_mul(&(e * node.energy + below * node.energy_below));
+            below = e;
         }
-        let numbers = self.base.as_flattened();
-        let above = numbers[N..].as_chunks::<WIDTH>().0;
-        let below = numbers.as_chunks::<WIDTH>().0;
-        let (mut traction, mut stored) = (Lane::ZERO, Lane::ZERO);
-        for ((weights, e), below) in grid.weights.iter().zip(above).zip(below) {
-            let (e, below) = (Lane(*e), Lane(*below));
-            traction = traction + e * weights.traction;
-            stored = stored + e * (e * weights.energy + below * weights.energy_below);
-        }
-        let traction = Vector::from_fn(|i, _| traction.0[i..].iter().step_by(N).sum());
         (traction, stored.sum())
     }
 }
@@ -108,9 +102,13 @@ impl<const N: usize> Sums<N> {
     ) -> ([[f64; N]; WIDTH], u64) {
         let mut e: [Lane; N] = from_fn(|i| Lane(from_fn(|lane| knots[lane][i])) + Lane::all(d[i]));
         let length2 = dot(&e, &e);
-        let slips = length2.reaches(lanes.outside, dot(&e, &from_fn(|i| Lane::all(d[i]))));
-        let bits = slips.bits();
-        if bits != 0 {
+        let mut bits = 0;
+        // The limit first: where all stick nothing else is asked.
+        let reached = length2.at_least(lanes.outside);
+        if reached.bits() != 0 {
+            let along = dot(&e, &from_fn(|i| Lane::all(d[i])));
+            let slips = reached.and_positive(along);
+            bits = slips.bits();
             let one = slips.number();
             // Of those that stick the limit itself, so that they stay what they are.
             let length = slips.pick(length2.sqrt(), lanes.r);

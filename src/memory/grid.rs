@@ -13,6 +13,8 @@ pub struct Node {
     pub r: f64,
     /// Squared length from which a trial deflection is outside.
     pub(super) outside: f64,
+    /// Squared length that a deflection may have.
+    limit2: f64,
     pub(super) values: Values,
     /// 1 / width of the segment below.
     pub(super) inverse_width: f64,
@@ -33,22 +35,10 @@ pub struct Node {
 pub(super) struct Lanes {
     pub(super) r: Lane,
     pub(super) outside: Lane,
-    /// Squared length that a deflection may have.
-    limit2: Lane,
     /// Weight of a slipping knot's excess over its limit in the dissipated energy: secant of G above - secant below.
     pub(super) loss: Lane,
     /// Weight over r^2: weight times n n^T for a knot that slips in the direction n is this times e e^T.
     pub(super) turn: Lane,
-}
-
-/// The weights of the numbers of a base grid, direction after direction and knot after knot.
-///
-/// With base knots only, the sums of the curve are sums over the knots with fixed weights.
-#[derive(Clone, Debug)]
-pub(super) struct Weights {
-    pub(super) traction: Lane,
-    pub(super) energy: Lane,
-    pub(super) energy_below: Lane,
 }
 
 /// Equal parts of 0 <= r < 1 in which the search for a base knot starts.
@@ -59,7 +49,6 @@ const BUCKETS: usize = 64;
 pub struct Grid<const N: usize> {
     pub(super) nodes: Vec<Node>,
     pub(super) lanes: Vec<Lanes>,
-    pub(super) weights: Vec<Weights>,
     /// How many knots lie at or below the start of each bucket of r.
     start: [u8; BUCKETS],
     pub(super) initial_slope: f64,
@@ -86,6 +75,7 @@ impl<const N: usize> Grid<N> {
                 Node {
                     r,
                     outside: outside(r),
+                    limit2: r * r * (1.0 + ROUNDING),
                     values,
                     inverse_width,
                     secant: lower.f,
@@ -109,23 +99,8 @@ impl<const N: usize> Grid<N> {
                 Lanes {
                     r: column(&|_, node| node.r, 2.0),
                     outside: column(&|_, node| node.outside, f64::INFINITY),
-                    limit2: column(&|_, node| node.r * node.r * (1.0 + ROUNDING), 1.0),
                     loss: column(&|k, node| secant_above(k) - node.loss_secant, 0.0),
                     turn: column(&|_, node| node.weight / (node.r * node.r), 0.0),
-                }
-            })
-            .collect();
-        let weights = (0..(count * N).div_ceil(WIDTH))
-            .map(|chunk| {
-                let column = |value: fn(&Node) -> f64| {
-                    Lane(from_fn(|lane| {
-                        nodes.get((chunk * WIDTH + lane) / N).map_or(0.0, value)
-                    }))
-                };
-                Weights {
-                    traction: column(|node| node.weight),
-                    energy: column(|node| node.energy),
-                    energy_below: column(|node| node.energy_below),
                 }
             })
             .collect();
@@ -136,7 +111,6 @@ impl<const N: usize> Grid<N> {
         Grid {
             nodes,
             lanes,
-            weights,
             start,
             initial_slope: backbone.initial_slope(),
         }
@@ -164,21 +138,14 @@ impl<const N: usize> Grid<N> {
         Knot::new(0.0, Vector::zeros(), &values, 0, false)
     }
 
-    /// Whether these deflections of the base knots, filled up to whole lanes, are within their slip limits, to rounding.
+    /// Whether these deflections of the base knots are within their slip limits, to rounding.
     #[inline(always)]
     pub(super) fn holds(&self, base: &[[f64; N]]) -> bool {
-        if N == 1 {
-            return base[0][0].abs() <= 1.0;
-        }
-        let mut within = Lane::ZERO;
-        for (lanes, chunk) in self.lanes.iter().zip(base.as_chunks::<WIDTH>().0) {
-            let length2 = (0..N).fold(Lane::ZERO, |sum, i| {
-                let e = Lane(from_fn(|lane| chunk[lane][i]));
-                sum + e * e
-            });
-            within = within + length2.at_most(lanes.limit2).number();
-        }
-        within.sum() == base.len() as f64
+        // All of them, without a branch: they nearly always do.
+        let pairs = self.nodes.iter().zip(base);
+        pairs.fold(true, |holds, (node, e)| {
+            holds & (Vector::from(*e).norm_squared() <= node.limit2)
+        })
     }
 
     /// The base knot next above r; in one direction there is only one.

@@ -1,4 +1,4 @@
-//! Numbers side by side: one for each of some knots, or for each component of their deflections.
+//! Numbers side by side, one for each of some knots.
 //!
 //! Plain arithmetic, number by number and without branches: the form that compilers turn into vector instructions.
 
@@ -8,7 +8,7 @@ use std::ops::{Add, Div, Mul, Sub};
 /// How many.
 pub(super) const WIDTH: usize = 2;
 
-/// Numbers, one per knot or component.
+/// Numbers, one per knot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lane(pub(super) [f64; WIDTH]);
 
@@ -42,15 +42,9 @@ impl Lane {
         }))
     }
 
-    /// Whether `self` >= `limit` and `along` > 0.
     #[inline(always)]
-    pub(super) fn reaches(self, limit: Self, along: Self) -> Mask {
-        Mask(from_fn(|i| (self.0[i] >= limit.0[i]) & (along.0[i] > 0.0)))
-    }
-
-    #[inline(always)]
-    pub(super) fn at_most(self, limit: Self) -> Mask {
-        Mask(from_fn(|i| self.0[i] <= limit.0[i]))
+    pub(super) fn at_least(self, limit: Self) -> Mask {
+        Mask(from_fn(|i| self.0[i] >= limit.0[i]))
     }
 
     #[inline(always)]
@@ -60,6 +54,12 @@ impl Lane {
 }
 
 impl Mask {
+    /// Where it holds and x > 0.
+    #[inline(always)]
+    pub(super) fn and_positive(self, x: Lane) -> Self {
+        Mask(from_fn(|i| self.0[i] & (x.0[i] > 0.0)))
+    }
+
     /// Bit i: the condition of knot i.
     #[inline(always)]
     pub(super) fn bits(self) -> u64 {
