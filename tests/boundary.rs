@@ -6,7 +6,7 @@ use mepc::{Law, Vector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ptr::{null, null_mut};
 use support::native::*;
-use support::{least_state, segalman, unit, with};
+use support::{decades, least_state, segalman, signed, unit, with};
 
 /// The whole numbers that header and module name, by their names in the header: MEPC_x in C, mepc_x in Fortran.
 fn constants() -> [BTreeMap<String, i32>; 2] {
@@ -680,5 +680,78 @@ fn long_states_use_sixty_four_knots() {
         assert_eq!(state[7], 64.0);
         assert_eq!(last, MEMORY_FULL);
         assert!(state[used..].iter().all(|x| *x == 0.0));
+    }
+}
+
+/// What the processor noted since it was last asked: invalid operation (1), division by zero (4), overflow (8).
+#[cfg(target_arch = "x86_64")]
+fn taken_flags() -> u32 {
+    let (mut before, mut clear) = (0u32, 0u32);
+    // SAFETY: reads and writes the control register with its exception flags cleared; nothing else in it changes.
+    unsafe {
+        std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut before);
+        clear |= before & !0x3f;
+        std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const clear);
+    }
+    before & 0b1101
+}
+
+/// Hosts that are built to stop at a division by zero, an invalid operation or an overflow must not stop here. In the
+/// built library: compilers compute both sides of a choice.
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn no_update_raises_a_flag_that_hosts_trap() {
+    let seed = 20_261_127;
+    println!("seed {seed}");
+    let mut random = fastrand::Rng::with_seed(seed);
+    let curves = [
+        unit(1.0),
+        unit(1.5),
+        unit(2.5),
+        unit(3.3),
+        segalman(-0.6, 0.2),
+        segalman(0.0, 0.0),
+    ];
+    let cases = curves.iter().flat_map(|curve| {
+        let methods = [0.0, 1.0, 2.0].map(|method| with(curve, 4, method));
+        let rules = methods.map(|props| [0.0, 1.0].map(|rule| with(&props, 5, rule)));
+        rules
+            .into_iter()
+            .flatten()
+            .map(|props| with(&props, 7, 10.0))
+    });
+    for (props, ndir) in cases.flat_map(|props| [(props.clone(), 1), (props, 2)]) {
+        let law = NativeLaw::with_state_size(
+            &props,
+            ndir,
+            least_state(ndir, if ndir == 1 { 1 } else { 16 }) + 4,
+        );
+        let (mut state, mut closed) = (vec![0.0; law.nstate], vec![0.0; law.nstate]);
+        let mut opening = vec![0.0; 1 + ndir];
+        taken_flags();
+        for step in 0..4000 {
+            // Steps on a lattice fall exactly on limits, on fronts and on each other; the others on nothing.
+            let slip: Vec<f64> = (0..ndir)
+                .map(|_| match random.u32(0..8) {
+                    0 => 0.0,
+                    1 => decades(&mut random, -12.0, 3.0) * signed(&mut random),
+                    _ => 0.125 * f64::from(random.i32(-6..=6)),
+                })
+                .collect();
+            let pressure = [0.0, 0.5, 1.0, 1.0, 1.0, 2.0][random.usize(0..6)];
+            assert!(law.friction(&slip, pressure, &mut state).status >= 0);
+            let flags = taken_flags();
+            assert_eq!(
+                flags, 0,
+                "{props:?}, step {step}: slip {slip:?} at {pressure}"
+            );
+            opening[0] = 0.1 * (0.5 - random.f64());
+            for (total, slip) in opening[1..].iter_mut().zip(&slip) {
+                *total += slip;
+            }
+            assert!(law.interface(&opening, &mut closed).status >= 0);
+            let flags = taken_flags();
+            assert_eq!(flags, 0, "{props:?}, step {step}: opening {opening:?}");
+        }
     }
 }

@@ -7,6 +7,9 @@ const SERIES_BELOW: f64 = 0.05;
 /// Terms of the Taylor series used at small r.
 const TERMS: usize = 12;
 
+/// From this r on 1 - (1 - r)^chi of the paper's exponent loses nothing worth a division.
+const DIRECT_FROM: f64 = 0.1;
+
 /// The paper's exponent, for which the shortest formula is written out.
 const PAPER: f64 = 2.5;
 
@@ -72,22 +75,23 @@ impl PowerLaw {
     /// All from f and f'. Without the series 2 F - r f cancels at small r.
     #[inline(always)]
     fn values(&self, r: f64, f: f64, slope: f64) -> Values {
-        // 1 - (1 - r)^(chi + 1) = f + r (1 - f)
-        let integral = r - (f + r * (1.0 - f)) * self.inverse_next;
+        // 1 - (1 - r)^(chi + 1) = r + (1 - r) f. What waits for f is kept short.
+        let without = r * (1.0 - self.inverse_next);
+        let weight = (1.0 - r) * self.inverse_next;
         Values {
             f,
             slope,
-            integral,
-            loss: 2.0 * integral - r * f,
+            integral: without - weight * f,
+            loss: 2.0 * without - (2.0 * weight + r) * f,
         }
     }
 
-    /// Any exponent, any r.
+    /// f and f' for any exponent at any r.
     #[inline(never)]
-    fn general(&self, r: f64) -> Values {
+    fn curve(&self, r: f64) -> (f64, f64) {
         let rest = 1.0 - r;
         // f without the cancellation of 1 - (1 - r)^chi, and slope = chi (1 - r)^(chi - 1).
-        let (f, slope) = if let Some(n) = self.half_powers {
+        if let Some(n) = self.half_powers {
             // With u = sqrt(1 - r) and n = 2 chi: 1 - u^n = (1 - u)(1 + u + .. + u^(n-1)) and
             // 1 - u = r / (1 + u).
             let u = rest.sqrt();
@@ -107,14 +111,14 @@ impl PowerLaw {
             )
         } else {
             (1.0, 0.0)
-        };
-        let mut values = self.values(r, f, slope);
-        if r < self.series_below() {
-            let series = |c: &[f64; TERMS]| c.iter().rev().fold(0.0, |sum, c| sum * r + c) * r * r;
-            values.integral = series(&self.integral_series);
-            values.loss = series(&self.loss_series);
         }
-        values
+    }
+
+    /// F and G from their series.
+    #[inline(never)]
+    fn series(&self, r: f64) -> (f64, f64) {
+        let series = |c: &[f64; TERMS]| c.iter().rev().fold(0.0, |sum, c| sum * r + c) * r * r;
+        (series(&self.integral_series), series(&self.loss_series))
     }
 }
 
@@ -123,13 +127,22 @@ impl Backbone for PowerLaw {
     #[inline(always)]
     fn at(&self, r: f64) -> Values {
         if r >= self.paper_from {
-            // With u = sqrt(1 - r): 1 - u rest^2 = (1 - u) + u (1 - rest^2), and 1 - u = r / (1 + u).
             let rest = 1.0 - r;
             let u = rest.sqrt();
-            let f = r * (1.0 / (1.0 + u) + u * (1.0 + rest));
+            let f = if r >= DIRECT_FROM {
+                1.0 - u * (rest * rest)
+            } else {
+                // 1 - u rest^2 = (1 - u) + u (1 - rest^2), and 1 - u = r / (1 + u).
+                r * (1.0 / (1.0 + u) + u * (1.0 + rest))
+            };
             return self.values(r, f, PAPER * rest * u);
         }
-        self.general(r)
+        let (f, slope) = self.curve(r);
+        let mut values = self.values(r, f, slope);
+        if r < self.series_below() {
+            (values.integral, values.loss) = self.series(r);
+        }
+        values
     }
 
     fn initial_slope(&self) -> f64 {

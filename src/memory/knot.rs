@@ -3,6 +3,9 @@
 use super::{ALONG_BOUNDARY, SHORT, Vector};
 use crate::backbone::Values;
 
+/// Narrower than any segment, and wide enough to divide the longest slip.
+const NARROW: f64 = 1e-100;
+
 /// A knot of the curve at the end of a step, or at its start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Knot<const N: usize> {
@@ -68,8 +71,11 @@ impl<const N: usize> Trial<N> {
     #[inline(always)]
     pub(super) fn dissipated(&self, above: &Self) -> f64 {
         let width = above.r - self.r;
+        // The loss, which is known last, comes last. Not by zero in either case: compilers divide first, and some hosts
+        // trap that.
+        let slope = (self.excess - above.excess) / width.max(NARROW);
         if width > 0.0 {
-            (self.excess - above.excess) * (above.loss - self.loss) / width
+            slope * (above.loss - self.loss)
         } else {
             0.0
         }
