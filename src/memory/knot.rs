@@ -131,7 +131,9 @@ pub(super) fn front<const N: usize>(
         let s = if s < 1.0 { s.max(0.0) } else { 1.0 };
         let trial = below.e + rise * s;
         let n = trial / trial.norm();
-        (s, n, width - n.dot(&rise))
+        // At its root the slope of the quadratic, r (n.rise - width), is the square root or its opposite.
+        let closing = root / (below.r + width * s);
+        (s, n, if below.slips { closing } else { -closing })
     };
     // In one direction nobody asks how fast it moves.
     let (gain, inner) = if N == 1 {
