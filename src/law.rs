@@ -9,6 +9,8 @@ use std::fmt::Display;
 
 /// A critical slip this many times smaller stands for rigid stick where the host has no Lagrange multipliers.
 pub const RIGID: f64 = 1e-3;
+/// The largest mu kn of the interface form: what follows from it is still a number.
+const LARGEST: f64 = 1e300;
 /// The longest slip increment taken, in critical slips; its square is still a number.
 const LONGEST: f64 = 1e100;
 
@@ -153,7 +155,7 @@ impl<const N: usize> Law<N> {
     /// Interface form: the total opening, normal (positive when open) and tangential (lengths).
     ///
     /// # Errors
-    /// As [`Law::friction`]; kn = 0.
+    /// As [`Law::friction`]; kn = 0, or mu kn beyond 1e300.
     #[inline]
     pub fn interface(
         &self,
@@ -180,19 +182,25 @@ impl<const N: usize> Law<N> {
         tangential: &Vector<N>,
         state1: &mut [f64],
     ) -> Result<InterfaceResponse<N>, Error> {
-        let Properties { kn, gap0, .. } = self.properties;
-        if kn <= 0.0 {
+        let Properties { mu, kn, gap0, .. } = self.properties;
+        // The friction of the normal stiffness stands in the tangent: it must be a number, too.
+        if kn <= 0.0 || kn * mu > LARGEST {
             return Err(Error::new(
                 Kind::BadProperty,
-                format!("PROPS(7) kn = {kn}: the interface form needs a normal stiffness > 0"),
+                format!(
+                    "PROPS(7) kn = {kn:?}: the interface form needs a normal stiffness > 0, and mu kn no larger than {LARGEST:e}"
+                ),
             ));
         }
         check_finite(&"opening[0]", normal)?;
-        let pressure = (-kn * (normal + gap0)).max(0.0);
-        if pressure == f64::INFINITY {
+        let gap = normal + gap0;
+        let pressure = kn * (-gap).max(0.0);
+        if gap == f64::INFINITY || pressure == f64::INFINITY {
             return Err(Error::new(
                 Kind::BadInput,
-                format!("opening[0] = {normal:?}: the pressure that follows must be finite"),
+                format!(
+                    "opening[0] = {normal:?}: the gap and the pressure that follow must be finite"
+                ),
             ));
         }
         let increment = tangential - Vector::from_column_slice(&header.jump[..N]);
@@ -208,7 +216,7 @@ impl<const N: usize> Law<N> {
         header.jump[..N].copy_from_slice(tangential.as_slice());
         let friction = self.friction_from(header, memory, gcr, &increment, pressure, state1)?;
         // A point that just touches is stiff already: a host's first iteration starts there.
-        let stiffness = if normal + gap0 <= 0.0 { kn } else { 0.0 };
+        let stiffness = if gap <= 0.0 { kn } else { 0.0 };
         Ok(InterfaceResponse {
             // Not -pressure: an open point has no sign.
             normal_traction: 0.0 - pressure,

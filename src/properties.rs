@@ -40,6 +40,8 @@ const DEFAULTS: [f64; COMMON] = [
 
 /// The largest power-law exponent taken; beyond it the law is rigid stick to every printed digit.
 const CHI_MAX: f64 = 1e6;
+/// The largest beta; the curve has long been a straight line.
+const BETA_MAX: f64 = 1e100;
 
 /// What the contact does up to gross slip (PROPS 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,7 +180,7 @@ impl Properties {
         let whole = (1.0..=64.0).contains(&base_knots) && base_knots.fract() == 0.0;
         check(8, "a whole number from 1 to 64", whole)?;
         if segalman {
-            check(10, "finite and >= 0", beta >= 0.0)?;
+            check(10, "from 0 to 1e100", (0.0..=BETA_MAX).contains(&beta))?;
         } else {
             check(10, "0 unless backbone is 1 (Segalman)", beta == 0.0)?;
         }

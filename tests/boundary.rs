@@ -6,7 +6,7 @@ use mepc::{Law, Vector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ptr::{null, null_mut};
 use support::native::*;
-use support::{decades, least_state, segalman, signed, unit, with};
+use support::{HEADER, decades, least_state, segalman, signed, unit, with};
 
 /// The whole numbers that header and module name, by their names in the header: MEPC_x in C, mepc_x in Fortran.
 fn constants() -> [BTreeMap<String, i32>; 2] {
@@ -187,6 +187,7 @@ fn bad_properties_are_named_with_their_values() {
         (3, 0.1, "chi"),
         (11, -0.1, "beta"),
         (11, f64::NAN, "beta"),
+        (11, 2e100, "beta"),
     ] {
         assert_eq!(
             new_law(&with(&segalman, number, value), 1, 25).0,
@@ -194,7 +195,7 @@ fn bad_properties_are_named_with_their_values() {
             "{name} = {value}"
         );
         assert!(
-            last_error().contains(&format!("PROPS({number}) {name} = {value}")),
+            last_error().contains(&format!("PROPS({number}) {name} = {value:?}")),
             "{}",
             last_error()
         );
@@ -500,13 +501,15 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
                 assert!(call.untouched());
             }
         }
-        // The interface form needs a normal stiffness.
-        let no_normal = NativeLaw::new(&with(&props(), 7, 0.0), ndir);
+        // The interface form needs a normal stiffness, and one that its tangent can hold.
         let opening = vec![-5e-3; 1 + ndir];
-        let mut call = InterfaceCall::new(&no_normal, &opening, &state0);
-        assert_eq!(call.call(), BAD_PROPERTY);
-        assert!(last_error().contains("kn = 0"), "{}", last_error());
-        assert!(call.untouched());
+        for (kn, words) in [(0.0, "kn = 0"), (1e302, "kn = 1e302")] {
+            let law = NativeLaw::new(&with(&props(), 7, kn), ndir);
+            let mut call = InterfaceCall::new(&law, &opening, &state0);
+            assert_eq!(call.call(), BAD_PROPERTY);
+            assert!(last_error().contains(words), "{}", last_error());
+            assert!(call.untouched());
+        }
         // The law and the state are as good as before.
         let mut good = FrictionCall::new(&law, &slip, 50.0, &state0);
         assert_eq!(good.call(), 0);
@@ -734,13 +737,19 @@ fn no_update_raises_a_flag_that_hosts_trap() {
         assert_eq!(taken_flags(), 0, "{props:?}");
         for step in 0..4000 {
             // Steps on a lattice fall exactly on limits, on fronts and on each other; the others on nothing.
-            let slip: Vec<f64> = (0..ndir)
+            let mut slip: Vec<f64> = (0..ndir)
                 .map(|_| match random.u32(0..8) {
                     0 => 0.0,
                     1 => decades(&mut random, -12.0, 3.0) * signed(&mut random),
                     _ => 0.125 * f64::from(random.i32(-6..=6)),
                 })
                 .collect();
+            if ndir == 2 && random.u32(0..4) == 0 {
+                // Next to nothing, across the last element's deflection: the curve then lies along its limits.
+                let across = decades(&mut random, -20.0, -8.0) * signed(&mut random);
+                let top = &state[HEADER + 2 * 15..][..2];
+                slip = vec![-across * top[1], across * top[0]];
+            }
             let pressure = [0.0, 0.5, 1.0, 1.0, 1.0, 2.0][random.usize(0..6)];
             assert!(law.friction(&slip, pressure, &mut state).status >= 0);
             let flags = taken_flags();
@@ -748,7 +757,10 @@ fn no_update_raises_a_flag_that_hosts_trap() {
                 flags, 0,
                 "{props:?}, step {step}: slip {slip:?} at {pressure}"
             );
-            opening[0] = 0.1 * (0.5 - random.f64());
+            opening[0] = match random.u32(0..20) {
+                0 => 1e300,
+                _ => 0.1 * (0.5 - random.f64()),
+            };
             for (total, slip) in opening[1..].iter_mut().zip(&slip) {
                 *total += slip;
             }

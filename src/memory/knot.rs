@@ -3,7 +3,7 @@
 use super::{ALONG_BOUNDARY, SHORT, Vector};
 use crate::backbone::Values;
 
-/// Narrower than any segment, and wide enough to divide the longest slip.
+/// Narrower than any segment that matters, and wide enough to divide the longest slip.
 const NARROW: f64 = 1e-100;
 
 /// A knot of the curve at the end of a step, or at its start.
@@ -106,48 +106,48 @@ pub(super) fn front<const N: usize>(
 ) -> Option<Front<N>> {
     let width = above.r - below.r;
     let rise = above.e - below.e;
-    // s from 0 to 1 along the segment, the direction of the deflection there, and width times (1 - n.m).
-    let (s, n, closing) = if N == 1 {
+    if N == 1 {
         // What slips is deflected along the increment, and the excess falls linearly.
         let n = d.map(|d| 1f64.copysign(d));
         let excess = (n.dot(&below.e) - below.r).max(0.0);
-        let closing = excess + (above.r - n.dot(&above.e));
-        (excess / closing, n, closing)
-    } else {
-        // |trial|^2 - r^2 = a s^2 + 2 b s + c, and its root where the sign changes the right way, without cancellation.
-        let a = rise.norm_squared() - width * width;
-        let b = below.e.dot(&rise) - below.r * width;
-        let c = below.e.norm_squared() - below.r * below.r;
-        let c = if below.slips { c.max(0.0) } else { c.min(0.0) };
-        let root = (b * b - a * c).max(0.0).sqrt();
-        let s = match (below.slips, b > 0.0) {
-            (true, true) => -(b + root) / a,
-            (true, false) if c > 0.0 => c / (root - b),
-            (true, false) => 0.0,
-            (false, true) => -c / (b + root),
-            (false, false) => (root - b) / a,
+        let closing = (excess + (above.r - n.dot(&above.e))).max(f64::MIN_POSITIVE);
+        let front = Front {
+            r: below.r + width * (excess / closing),
+            n,
+            stick_above: below.slips,
+            // Nobody asks for these.
+            gain: 1.0,
+            inner: n,
         };
-        // Rounding alone leads out of the segment, or to no number at all where it lies along the boundary.
-        let s = if s < 1.0 { s.max(0.0) } else { 1.0 };
-        let trial = below.e + rise * s;
-        let n = trial / trial.norm();
-        // At its root the slope of the quadratic, r (n.rise - width), is the square root or its opposite.
-        let closing = root / (below.r + width * s);
-        (s, n, if below.slips { closing } else { -closing })
-    };
-    // In one direction nobody asks how fast it moves.
-    let (gain, inner) = if N == 1 {
-        (1.0, n)
+        return (closing > ALONG_BOUNDARY * width).then_some(front);
+    }
+    // s from 0 to 1 along the segment: what is outside, |trial|^2 - r^2 or its opposite, is a s^2 + 2 b s + c and falls from
+    // c >= 0 to zero. The root without cancellation.
+    let sign = if below.slips { 1.0 } else { -1.0 };
+    let a = sign * (rise.norm_squared() - width * width);
+    let b = sign * (below.e.dot(&rise) - below.r * width);
+    let c = (sign * (below.e.norm_squared() - below.r * below.r)).max(0.0);
+    let root = (b * b - a * c).max(0.0).sqrt();
+    let (part, whole) = if b > 0.0 {
+        (b + root, -a)
     } else {
-        (width / closing, rise / width)
+        (c, root - b)
     };
-    (closing.abs() > ALONG_BOUNDARY * width).then_some(Front {
-        r: below.r + width * s,
-        n,
+    // Rounding alone leads out of the segment, or leaves nothing to divide by where it lies along the boundary.
+    let whole = whole.max(f64::MIN_POSITIVE);
+    let s = if part < whole { part } else { whole } / whole;
+    let r = below.r + width * s;
+    let trial = below.e + rise * s;
+    // At the root the quadratic falls with 2 root, which is 2 r (width - n.rise) or its opposite.
+    let along = ALONG_BOUNDARY * width * r;
+    let front = Front {
+        r,
+        n: trial / trial.norm().max(f64::MIN_POSITIVE),
         stick_above: below.slips,
-        gain,
-        inner,
-    })
+        gain: sign * width * r / root.max(along),
+        inner: rise / width,
+    };
+    (root > along).then_some(front)
 }
 
 /// A segment between two knots.

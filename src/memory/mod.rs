@@ -100,7 +100,7 @@ pub struct Floating<const N: usize> {
 /// A memory curve: the deflections of the base grid, and the floating knots between them.
 #[derive(Clone, Debug, Default)]
 pub struct Curve<const N: usize> {
-    /// Knot 0, which has no deflection, the base knots, and zeros up to whole lanes.
+    /// Knot 0, which has no deflection, the base knots, and numbers that nobody asks for up to whole lanes.
     base: ArrayVec<[f64; N], { 1 + MAX_BASE }>,
     floating: ArrayVec<Floating<N>, MAX_FLOATING>,
 }
@@ -141,7 +141,7 @@ impl<const N: usize> Curve<N> {
         curve
     }
 
-    /// Deflections of the base knots, ascending in r (and zeros after them).
+    /// Deflections of the base knots, ascending in r (after them there may be one that nobody asks for).
     #[inline]
     pub fn base(&self) -> &[[f64; N]] {
         &self.base[1..]
