@@ -118,8 +118,8 @@ impl<const N: usize> Law<N> {
         let dissipated = traction.dot(slip_increment) + lost;
         header.dissipated += dissipated;
         header.slip_length += if pressure > 0.0 { slip } else { 0.0 };
-        // Not by zero in either case: compilers divide first, and some hosts trap that.
-        let turning = limit / slip.max(f64::MIN_POSITIVE);
+        // Not by zero in either case: compilers divide first, and some hosts trap that. Without slip by 1.
+        let turning = limit / (slip + f64::from(u8::from(slip == 0.0)));
         let turning = if slip > 0.0 && !sticks { turning } else { 0.0 };
         let tangent = (Matrix::identity() - direction * direction.transpose()) * turning;
         let sum = traction.sum() + tangent.sum() + header.dissipated + header.slip_length;

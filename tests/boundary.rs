@@ -6,7 +6,7 @@ use mepc::{Law, Vector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ptr::{null, null_mut};
 use support::native::*;
-use support::{HEADER, decades, least_state, segalman, signed, unit, with};
+use support::{HEADER, decades, flags, least_state, segalman, signed, unit, with};
 
 /// The whole numbers that header and module name, by their names in the header: MEPC_x in C, mepc_x in Fortran.
 fn constants() -> [BTreeMap<String, i32>; 2] {
@@ -686,22 +686,9 @@ fn long_states_use_sixty_four_knots() {
     }
 }
 
-/// What the processor noted since it was last asked: invalid operation (1), division by zero (4), overflow (8).
-#[cfg(target_arch = "x86_64")]
-fn taken_flags() -> u32 {
-    let (mut before, mut clear) = (0u32, 0u32);
-    // SAFETY: reads and writes the control register with its exception flags cleared; nothing else in it changes.
-    unsafe {
-        std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut before);
-        clear |= before & !0x3f;
-        std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const clear);
-    }
-    before & 0b1101
-}
-
 /// Hosts that are built to stop at a division by zero, an invalid operation or an overflow must not stop here. In the
-/// built library: compilers compute both sides of a choice.
-#[cfg(target_arch = "x86_64")]
+/// built library: compilers compute both sides of a choice. (Every accepted call of these tests is watched, see `flags`;
+/// here are the histories that look for trouble.)
 #[test]
 fn no_update_raises_a_flag_that_hosts_trap() {
     let seed = 20_261_127;
@@ -725,7 +712,7 @@ fn no_update_raises_a_flag_that_hosts_trap() {
             .flatten()
             .map(|props| with(&props, 7, 10.0))
     });
-    taken_flags();
+    flags::taken();
     for (props, ndir) in cases.flat_map(|props| [(props.clone(), 1), (props, 2)]) {
         let law = NativeLaw::with_state_size(
             &props,
@@ -734,8 +721,8 @@ fn no_update_raises_a_flag_that_hosts_trap() {
         );
         let (mut state, mut closed) = (vec![0.0; law.nstate], vec![0.0; law.nstate]);
         let mut opening = vec![0.0; 1 + ndir];
-        assert_eq!(taken_flags(), 0, "{props:?}");
-        for step in 0..4000 {
+        assert_eq!(flags::taken(), 0, "{props:?}");
+        for _ in 0..4000 {
             // Steps on a lattice fall exactly on limits, on fronts and on each other; the others on nothing.
             let mut slip: Vec<f64> = (0..ndir)
                 .map(|_| match random.u32(0..8) {
@@ -752,11 +739,6 @@ fn no_update_raises_a_flag_that_hosts_trap() {
             }
             let pressure = [0.0, 0.5, 1.0, 1.0, 1.0, 2.0][random.usize(0..6)];
             assert!(law.friction(&slip, pressure, &mut state).status >= 0);
-            let flags = taken_flags();
-            assert_eq!(
-                flags, 0,
-                "{props:?}, step {step}: slip {slip:?} at {pressure}"
-            );
             opening[0] = match random.u32(0..20) {
                 0 => 1e300,
                 _ => 0.1 * (0.5 - random.f64()),
@@ -765,8 +747,6 @@ fn no_update_raises_a_flag_that_hosts_trap() {
                 *total += slip;
             }
             assert!(law.interface(&opening, &mut closed).status >= 0);
-            let flags = taken_flags();
-            assert_eq!(flags, 0, "{props:?}, step {step}: opening {opening:?}");
         }
     }
 }

@@ -82,8 +82,7 @@ impl Arguments {
                     memory = Curve::virgin(layout.base);
                     Header::default()
                 });
-                let slip = vector("DGAM", self.dgam).unwrap_or_else(|_| Vector::zeros());
-                (header, slip, 0.0)
+                (header, user::hint(self.dgam), 0.0)
             } else {
                 let header = read_state?;
                 let pressure = read("PRESS", self.press)?;
@@ -106,7 +105,7 @@ impl Arguments {
                     let multiplier = match lm {
                         STICKING => vector::<N>("TAULM", self.taulm)?,
                         // Only a hint then, and not always set.
-                        _ => vector::<N>("TAULM", self.taulm).unwrap_or_else(|_| Vector::zeros()),
+                        _ => user::hint(self.taulm),
                     };
                     let held = lm == STICKING;
                     match law.lagrange_from(

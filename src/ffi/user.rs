@@ -179,6 +179,20 @@ pub(super) unsafe fn vector<const N: usize>(
     Ok(vector)
 }
 
+/// A vector that hosts may leave unset: zeros where it is not there, or not finite.
+///
+/// Apart from [`vector`]: the words of an error that nobody reads would raise a floating-point exception for NaN.
+///
+/// # Safety
+/// As [`vector`].
+pub(super) unsafe fn hint<const N: usize>(pointer: *const c_double) -> Vector<N> {
+    // SAFETY: as the caller says; copied at once.
+    match unsafe { array("", pointer, N) } {
+        Ok(numbers) if numbers.iter().all(|x| x.is_finite()) => Vector::from_column_slice(numbers),
+        _ => Vector::zeros(),
+    }
+}
+
 /// Room for a copy of a state.
 pub(super) type StateCopy = ArrayVec<f64, MAX_USED>;
 

@@ -1,5 +1,6 @@
 //! The host's side of the user friction routine: all 39 arguments and the hidden string lengths, as Fortran passes them.
 
+use super::flags;
 use super::native::{CANARY, library_path};
 use libloading::Library;
 use std::sync::OnceLock;
@@ -205,7 +206,9 @@ impl Call {
     /// An accepted increment: what comes out is what goes in next.
     pub fn step(&mut self, dgam: &[f64], press: f64) {
         *self = self.with(dgam, press);
+        flags::taken();
         self.run();
+        assert_eq!(flags::taken(), 0, "floating-point exceptions");
         assert_eq!(self.pnewdt, 1.0, "the increment was refused");
     }
 }

@@ -1,6 +1,6 @@
 //! The built shared library, loaded as a host loads it, by its C signatures.
 
-use super::{decades, power, signed, with};
+use super::{decades, flags, power, signed, with};
 use libloading::Library;
 use std::ffi::{CStr, c_char, c_void};
 use std::path::{Path, PathBuf};
@@ -156,6 +156,7 @@ impl NativeLaw {
         let n = self.ndir;
         assert!(slip.len() == n && state.len() == self.nstate);
         let mut out = Outcome::new(n, n * n);
+        flags::taken();
         // SAFETY: arrays of the documented sizes; the state is its own successor.
         out.status = unsafe {
             (native().mepc_friction)(
@@ -170,6 +171,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
+        out.check_flags();
         out
     }
 
@@ -178,6 +180,7 @@ impl NativeLaw {
         let n = 1 + self.ndir;
         assert!(opening.len() == n && state.len() == self.nstate);
         let mut out = Outcome::new(n, n * n);
+        flags::taken();
         // SAFETY: arrays of the documented sizes; the state is its own successor.
         out.status = unsafe {
             (native().mepc_interface)(
@@ -190,6 +193,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
+        out.check_flags();
         out
     }
 }
@@ -215,6 +219,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Whatever succeeds raises no flag that hosts trap.
+    fn check_flags(&self) {
+        assert!(
+            flags::taken() == 0 || self.status < 0,
+            "floating-point exceptions"
+        );
+    }
+
     fn new(traction: usize, tangent: usize) -> Self {
         Outcome {
             status: 0,
