@@ -9,7 +9,7 @@ LIBRARY := target/release/libmepc.so
 CC ?= cc
 FC := gfortran
 CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
-FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none -ffpe-trap=zero,invalid,overflow
+FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none -ffpe-trap=zero,invalid
 XTASK := cargo xtask
 
 C_SOURCES := $(wildcard c_driver/*.c)
