@@ -1,7 +1,7 @@
 //! The MFront behaviours, loaded and called as MGIS, MTest and OpenGeoSys do.
 
 use crate::support::native::{NativeLaw, library_path, native, text};
-use crate::support::with;
+use crate::support::{flags, with};
 use libloading::Library;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr::null_mut;
@@ -250,8 +250,14 @@ impl Point {
             s0: state(g0, f0, i0, e0),
             s1: state(g1, f1, i1, e1),
         };
+        flags::taken();
         // SAFETY: arrays of the sizes of the interface.
-        unsafe { (self.function)(&raw mut data) }
+        let status = unsafe { (self.function)(&raw mut data) };
+        assert!(
+            flags::taken() == 0 || status != 1,
+            "floating-point exceptions"
+        );
+        status
     }
 
     /// Accepts the step.

@@ -1,6 +1,7 @@
 //! The UMAT face as Kratos and CalculiX call it: from C, with null and stale pointers.
 
 use crate::fortran::{caller, program, run};
+use crate::support::flags;
 use crate::support::native::{NativeLaw, library_path};
 use libloading::Library;
 use std::ffi::c_void;
@@ -115,6 +116,7 @@ impl Point {
             int(self.props.len()),
         ];
         let at = |index: usize| &raw const sizes[index];
+        flags::taken();
         // SAFETY: arrays of the sizes that are passed; the rest is not touched.
         unsafe {
             (self.umat)(
@@ -158,6 +160,7 @@ impl Point {
                 1,
             );
         }
+        assert_eq!(flags::taken(), 0, "floating-point exceptions");
         if !self.row_major {
             let columns = answer.ddsdde.clone();
             for i in 0..n {
