@@ -10,7 +10,7 @@ use std::fmt::Display;
 /// A critical slip this many times smaller stands for rigid stick where the host has no Lagrange multipliers.
 pub const RIGID: f64 = 1e-3;
 /// The largest mu kn of the interface form: what follows from it is still a number.
-const LARGEST: f64 = 1e300;
+const STIFFEST: f64 = 1e300;
 /// The longest slip increment taken, in critical slips; its square is still a number.
 const LONGEST: f64 = 1e100;
 
@@ -184,11 +184,11 @@ impl<const N: usize> Law<N> {
     ) -> Result<InterfaceResponse<N>, Error> {
         let Properties { mu, kn, gap0, .. } = self.properties;
         // The friction of the normal stiffness stands in the tangent: it must be a number, too.
-        if kn <= 0.0 || kn * mu > LARGEST {
+        if kn <= 0.0 || kn * mu > STIFFEST {
             return Err(Error::new(
                 Kind::BadProperty,
                 format!(
-                    "PROPS(7) kn = {kn:?}: the interface form needs a normal stiffness > 0, and mu kn no larger than {LARGEST:e}"
+                    "PROPS(7) kn = {kn:?}: the interface form needs a normal stiffness > 0, and mu kn no larger than {STIFFEST:e}"
                 ),
             ));
         }

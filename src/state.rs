@@ -186,7 +186,6 @@ impl Layout {
             jump2,
             count,
         ] = *header;
-        // One by one: a state that was just written is not there in wider pieces yet.
         if header.iter().any(|x| !x.is_finite()) {
             return Err(self.not_finite(state));
         }

@@ -254,6 +254,8 @@ fn bad_input_is_named() {
     ] {
         assert_eq!(tool.run(&arguments).code, 2, "{arguments:?}");
     }
+    const TWICE: &str = "multiple times";
+    let iwan = ["--iwan", "1,1,1,0"];
     // In our words, not in those of the parser.
     for (arguments, words) in [
         (
@@ -261,15 +263,7 @@ fn bad_input_is_named() {
             "'abc' is not a whole number from 1 to 1000000",
         ),
         (
-            vec![
-                "loop",
-                "--iwan",
-                "1,1,1,0",
-                "--amplitude",
-                "1",
-                "--points",
-                "2",
-            ],
+            [&["loop"], &iwan[..], &["--amplitude", "1", "--points", "2"]].concat(),
             "'2' is not a whole number from 3 to 1000000",
         ),
         (
@@ -280,29 +274,32 @@ fn bad_input_is_named() {
             vec!["identify", "a", "--tolerance", "x"],
             "'x' is not a number",
         ),
+        // A list that is given twice is not joined.
+        (
+            vec!["replay", "point", "a", "--props", "1,1", "--props", "2.5"],
+            TWICE,
+        ),
+        (
+            vec!["deck", "abaqus", "--props", "1,1", "--props", "2.5"],
+            TWICE,
+        ),
+        (
+            vec!["loop", "--iwan", "1,1", "--iwan", "1,0", "--amplitude", "1"],
+            TWICE,
+        ),
+        (
+            [
+                &["loop"],
+                &iwan[..],
+                &["--amplitude", "1", "--amplitude", "2"],
+            ]
+            .concat(),
+            TWICE,
+        ),
     ] {
         let run = tool.run(&arguments);
         assert_eq!(run.code, 2, "{arguments:?}");
         assert!(run.errors.contains(words), "{arguments:?}: {}", run.errors);
-    }
-    // A list that is given twice is not joined.
-    for arguments in [
-        vec!["replay", "point", "a", "--props", "1,1", "--props", "2.5"],
-        vec!["deck", "abaqus", "--props", "1,1", "--props", "2.5"],
-        vec!["loop", "--iwan", "1,1", "--iwan", "1,0", "--amplitude", "1"],
-        vec![
-            "loop",
-            "--iwan",
-            "1,1,1,0",
-            "--amplitude",
-            "1",
-            "--amplitude",
-            "2",
-        ],
-    ] {
-        let run = tool.run(&arguments);
-        assert_eq!(run.code, 2, "{arguments:?}");
-        assert!(run.errors.contains("multiple times"), "{}", run.errors);
     }
 }
 

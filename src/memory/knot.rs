@@ -135,7 +135,7 @@ pub(super) fn front<const N: usize>(
     };
     // Rounding alone leads out of the segment, or leaves nothing to divide by where it lies along the boundary.
     let whole = whole.max(f64::MIN_POSITIVE);
-    let s = if part < whole { part } else { whole } / whole;
+    let s = part.min(whole) / whole;
     let r = below.r + width * s;
     let trial = below.e + rise * s;
     // At the root the quadratic falls with 2 root, which is 2 r (width - n.rise) or its opposite.

@@ -250,14 +250,9 @@ impl Point {
             s0: state(g0, f0, i0, e0),
             s1: state(g1, f1, i1, e1),
         };
-        flags::taken();
         // SAFETY: arrays of the sizes of the interface.
-        let status = unsafe { (self.function)(&raw mut data) };
-        assert!(
-            flags::taken() == 0 || status != 1,
-            "floating-point exceptions"
-        );
-        status
+        let call = || unsafe { (self.function)(&raw mut data) };
+        flags::watch(call, |status| *status == 1)
     }
 
     /// Accepts the step.

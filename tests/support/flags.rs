@@ -1,8 +1,21 @@
 //! The floating-point exceptions that the processor noted.
 
+/// Makes a call, which must not raise a flag that hosts trap when it succeeds.
+#[track_caller]
+pub fn watch<T>(call: impl FnOnce() -> T, succeeded: impl FnOnce(&T) -> bool) -> T {
+    taken();
+    let result = call();
+    let flags = taken();
+    assert!(
+        flags == 0 || !succeeded(&result),
+        "floating-point exceptions {flags:#b}"
+    );
+    result
+}
+
 /// What was noted since this was last asked, in this thread: invalid operation (1), division by zero (4), overflow (8).
 /// On other processors than x86-64 nothing.
-pub fn taken() -> u32 {
+fn taken() -> u32 {
     #[cfg(target_arch = "x86_64")]
     {
         let mut control = 0u32;

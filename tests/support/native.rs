@@ -156,9 +156,8 @@ impl NativeLaw {
         let n = self.ndir;
         assert!(slip.len() == n && state.len() == self.nstate);
         let mut out = Outcome::new(n, n * n);
-        flags::taken();
         // SAFETY: arrays of the documented sizes; the state is its own successor.
-        out.status = unsafe {
+        let call = || unsafe {
             (native().mepc_friction)(
                 self.pointer,
                 slip.as_ptr(),
@@ -171,7 +170,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
-        out.check_flags();
+        out.status = flags::watch(call, |status| *status >= 0);
         out
     }
 
@@ -180,9 +179,8 @@ impl NativeLaw {
         let n = 1 + self.ndir;
         assert!(opening.len() == n && state.len() == self.nstate);
         let mut out = Outcome::new(n, n * n);
-        flags::taken();
         // SAFETY: arrays of the documented sizes; the state is its own successor.
-        out.status = unsafe {
+        let call = || unsafe {
             (native().mepc_interface)(
                 self.pointer,
                 opening.as_ptr(),
@@ -193,7 +191,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
-        out.check_flags();
+        out.status = flags::watch(call, |status| *status >= 0);
         out
     }
 }
@@ -219,14 +217,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whatever succeeds raises no flag that hosts trap.
-    fn check_flags(&self) {
-        assert!(
-            flags::taken() == 0 || self.status < 0,
-            "floating-point exceptions"
-        );
-    }
-
     fn new(traction: usize, tangent: usize) -> Self {
         Outcome {
             status: 0,
