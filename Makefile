@@ -16,7 +16,7 @@ C_SOURCES := $(wildcard c_driver/*.c)
 FORTRAN_MODULES := include/mepc.f90 $(addprefix fortran_driver/, \
 	replay_text.f90 csv.f90 command_line.f90 friction_host.f90 friction_patch.f90)
 
-# Programs of one build directory are made one after the other.
+# Programs of one build directory are made one after the other, and anew when their flags change.
 .NOTPARALLEL:
 
 .PHONY: help
@@ -42,20 +42,20 @@ cli: ## build the tool: target/release/mepc
 .PHONY: drivers
 drivers: build/mepc_replay build/fric_replay build/module_demo ## build the C and the Fortran driver
 
-build/mepc_replay: $(C_SOURCES) $(wildcard c_driver/*.h) include/mepc.h
+build/mepc_replay: $(C_SOURCES) $(wildcard c_driver/*.h) include/mepc.h Makefile
 	@mkdir -p build
 	$(CC) $(CFLAGS) -Iinclude $(C_SOURCES) -o $@ -ldl -lm
 
 # Linked against the library, which is found beside the build directory.
 FORTRAN_LINK := -Ltarget/release -lmepc '-Wl,-rpath,$$ORIGIN/../target/release'
 
-build/fric_replay: $(FORTRAN_MODULES) fortran_driver/fric_replay.f90 | library
+build/fric_replay: $(FORTRAN_MODULES) fortran_driver/fric_replay.f90 Makefile | library
 	@mkdir -p build/modules
-	$(FC) $(FFLAGS) -Jbuild/modules $^ -o $@ $(FORTRAN_LINK)
+	$(FC) $(FFLAGS) -Jbuild/modules $(filter %.f90,$^) -o $@ $(FORTRAN_LINK)
 
-build/module_demo: include/mepc.f90 fortran_driver/module_demo.f90 | library
+build/module_demo: include/mepc.f90 fortran_driver/module_demo.f90 Makefile | library
 	@mkdir -p build/modules
-	$(FC) $(FFLAGS) -Jbuild/modules $^ -o $@ $(FORTRAN_LINK)
+	$(FC) $(FFLAGS) -Jbuild/modules $(filter %.f90,$^) -o $@ $(FORTRAN_LINK)
 
 .PHONY: build
 build: setup library drivers
@@ -101,9 +101,9 @@ generated: library ## write the generated files anew: header, symbol list, vecto
 bench: setup library build/librivals.so ## time the library beside its rivals, in one process
 	cargo bench --bench bench
 
-build/librivals.so: benches/rivals.f90
+build/librivals.so: benches/rivals.f90 Makefile
 	@mkdir -p build/modules
-	$(FC) -O3 -march=native -fopenmp-simd -fPIC -shared -Jbuild/modules $^ -o $@
+	$(FC) -O3 -march=native -fopenmp-simd -fPIC -shared -Jbuild/modules $< -o $@
 
 .PHONY: abaqus
 abaqus: setup-checks library ## objects for Abaqus in build/abaqus, link-tested against a stand-in

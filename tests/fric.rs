@@ -169,13 +169,19 @@ fn lm_of_the_penalty_methods() {
             for (dslip, e) in open.dslip.iter().zip(&used.statev[front..]) {
                 assert_abs_diff_eq!(*dslip, 1e-4 + GCR * e, epsilon = 1e-18);
             }
-            // Nothing can be wrong with what is forgotten.
-            let mut corrupt = used.with(&vec![f64::NAN; nfdir], f64::NAN);
-            corrupt.statev[7] = -1.0;
-            corrupt.lm = 2;
-            corrupt.run();
-            assert_eq!((corrupt.lm, corrupt.pnewdt), (2, 1.0));
-            assert!(corrupt.tau.iter().chain(&corrupt.statev).all(|x| *x == 0.0));
+            // Nothing can be wrong with what is forgotten, whatever it is.
+            for slot in 0..used.statev.len() {
+                for wrong in [f64::NAN, f64::INFINITY, 1e300, -1.5] {
+                    let mut corrupt = used.with(&vec![f64::NAN; nfdir], f64::NAN);
+                    corrupt.statev[slot] = wrong;
+                    corrupt.lm = 2;
+                    corrupt.run();
+                    assert_eq!((corrupt.lm, corrupt.pnewdt), (2, 1.0));
+                    let memory = &corrupt.statev[8..];
+                    assert!(corrupt.tau.iter().chain(memory).all(|x| *x == 0.0));
+                    assert!(corrupt.statev.iter().all(|x| x.is_finite()));
+                }
+            }
             // Then it is a virgin point.
             open.lm = 0;
             open.step(&vec![3e-4; nfdir], 40.0);

@@ -5,7 +5,7 @@
 
 use super::guard;
 use super::standard::Standard;
-use super::user::{self, read, required, vector, write};
+use super::user::{self, array, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
 use crate::law::{Law, Response, check_finite};
@@ -21,6 +21,9 @@ const SLIPPING: i32 = 0;
 const STICKING: i32 = 1;
 /// Relative motion flag: open before, frictionless in this increment.
 const OPEN: i32 = 2;
+
+/// The largest number that a state which will be forgotten may hold and still be read.
+const LARGEST_FORGOTTEN: f64 = 1e150;
 
 /// The arguments that are used, as the host passes them.
 #[derive(Clone, Copy)]
@@ -74,17 +77,12 @@ impl Arguments {
             let lm = read("LM", self.lm)?;
             self.check_outputs()?;
             let mut memory = Curve::new();
-            let read_state = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory);
             let last = layout.base - 1;
             let (header, slip, pressure) = if lm == OPEN {
-                // Whatever is there will be forgotten, so nothing can be wrong with it.
-                let header = read_state.unwrap_or_else(|_| {
-                    memory = Curve::virgin(layout.base);
-                    Header::default()
-                });
+                let header = self.read_forgotten(law, &mut memory);
                 (header, user::hint(self.dgam), 0.0)
             } else {
-                let header = read_state?;
+                let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
                 let pressure = read("PRESS", self.press)?;
                 check_finite(&"PRESS", pressure)?;
                 (header, vector("DGAM", self.dgam)?, pressure)
@@ -149,6 +147,25 @@ impl Arguments {
             write(self.dslip, (slip - elastic).as_slice());
             Ok(())
         }
+    }
+
+    /// The state of a point that was open. Whatever is there will be forgotten, so nothing can be wrong with it.
+    ///
+    /// # Safety
+    /// As [`Arguments::run`], NFDIR = N.
+    unsafe fn read_forgotten<const N: usize>(&self, law: &Law<N>, memory: &mut Curve<N>) -> Header {
+        // SAFETY: sizes as the host declares them, copied at once.
+        unsafe {
+            // Numbers whose squares are none are not even looked at: some hosts trap that.
+            let state = array("STATEV", self.statev, law.layout().used());
+            if state.is_ok_and(|state| state.iter().all(|x| x.abs() <= LARGEST_FORGOTTEN))
+                && let Ok(header) = user::read_turned("STATEV", law, self.statev, self.drot, memory)
+            {
+                return header;
+            }
+        }
+        *memory = Curve::virgin(law.layout().base);
+        Header::default()
     }
 
     #[inline(always)]
