@@ -117,11 +117,11 @@ static void read_option(options *given, const char *name, const char *value, int
     }
 }
 
-/* Ends the program if the output is this input, by whatever name or link. */
-static void check_output(const char *output, const char *input) {
+/* Ends the program if the output is this file, by whatever name or link. */
+static void check_output(const char *output, const char *what, const char *input) {
     struct stat out, in;
     if (stat(output, &out) == 0 && stat(input, &in) == 0 && out.st_dev == in.st_dev && out.st_ino == in.st_ino) {
-        fail("--output: %s is the input file %s, which it would overwrite", output, input);
+        fail("--output: %s is the %s %s, which it would overwrite", output, what, input);
     }
 }
 
@@ -165,8 +165,11 @@ options options_read(int argc, char **argv) {
     }
     given.patch = is_patch ? words[1] : NULL;
     given.history = words[count - 1];
-    for (int i = 1; i < count && given.output != NULL; i++) {
-        check_output(given.output, words[i]);
+    if (given.output != NULL) {
+        check_output(given.output, "library", given.library);
+        for (int i = 1; i < count; i++) {
+            check_output(given.output, "input file", words[i]);
+        }
     }
     return given;
 }

@@ -723,6 +723,17 @@ fn the_output_is_no_input() {
         assert!(complaint(&[&arguments[..], &[name]].concat(), 1).contains("would overwrite"));
     }
     assert_eq!(std::fs::read_to_string(&history).expect("kept"), text);
+    // Nor the library, which the C driver has open.
+    let copy = directory.join("kept_library.so");
+    std::fs::copy(library_path(), &copy).expect("a copy");
+    let name = copy.display().to_string();
+    let output = run(
+        "mepc_replay",
+        &[&point[..], &[&name, "--library", &name]].concat(),
+    );
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let words = format!("--output: {name} is the library {name}, which it would overwrite");
+    assert!(said.contains(&words), "{said}");
 }
 
 /// A run that fails leaves nothing that looks like a result.
