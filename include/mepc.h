@@ -267,7 +267,8 @@ int32_t mepc_iwan_force(const double *params,
  exponent by logarithms: rougher).
  params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL.
 
- A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT.
+ A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT, as is one that turns the
+ wrong way, or that only a friction of more than twice the measured forces would resemble (viscous damping).
  Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_INPUT (mepc_last_error tells what is wrong with the data).
 
  Arrays are as long as described.

@@ -70,6 +70,14 @@ impl Direction {
             Direction::Unloading => -1.0,
         }
     }
+
+    /// The other one.
+    pub fn opposite(self) -> Self {
+        match self {
+            Direction::Loading => Direction::Unloading,
+            Direction::Unloading => Direction::Loading,
+        }
+    }
 }
 
 /// A joint with four parameters, checked.

@@ -169,6 +169,22 @@ fn paper_procedure_on_its_tables() {
     }
 }
 
+/// Noise must not lift the onset of gross slip far behind.
+#[test]
+fn paper_procedure_with_noise() {
+    let clean = loops(TRUTH, AMPLITUDE, 200, 3, Sampling::Sinusoidal);
+    let peak = oracle(TRUTH).peak_force(AMPLITUDE);
+    for deviation in [0.001, 0.01] {
+        for seed in 0..40 {
+            let force = noisy(&clean.1, deviation * peak, seed);
+            let fit = Record::new(&clean.0, &force).and_then(|r| r.paper(PAPER_TOLERANCE));
+            let found = fit.expect("a fit").joint.parameters();
+            assert!((found[1] / TRUTH[1] - 1.0).abs() < 0.1, "{seed}: {found:?}");
+            assert!((found[3] - TRUTH[3]).abs() < 0.5, "{seed}: {found:?}");
+        }
+    }
+}
+
 /// 100 noisy loops: how many estimates are within `bounds`, and how many 95 % intervals hold the truth.
 fn noise_statistics(
     cycles: usize,
@@ -226,6 +242,108 @@ fn a_loop_without_gross_slip_is_flagged() {
             }
         }
     }
+}
+
+/// The same where the last branch ends one sample before its end.
+#[test]
+fn without_gross_slip_no_fit_is_reliable() {
+    for part in [0.2, 0.5, 0.95] {
+        for kappa in [-1.5, -0.6, 0.5, 2.0] {
+            for residual in [0.0, 0.2] {
+                let truth = [100.0, 0.01, residual * 1e4, kappa];
+                let (mut x, mut force) = loops(truth, part * 0.01, 150, 2, Sampling::Uniform);
+                x.pop();
+                force.pop();
+                let fit = Record::new(&x, &force).and_then(|r| r.least_squares());
+                assert!(!fit.is_ok_and(|fit| fit.is_reliable()), "{part} {truth:?}");
+            }
+        }
+    }
+}
+
+/// Wherever a record starts and ends: points beyond its first and its last reversal belong to other branches.
+#[test]
+fn a_record_may_start_and_end_anywhere() {
+    let whole = loops(TRUTH, AMPLITUDE, 100, 4, Sampling::Sinusoidal);
+    let cut = |from: usize, to: usize| {
+        let part = (whole.0[from..to].to_vec(), whole.1[from..to].to_vec());
+        let fit = least_squares(&part);
+        assert_recovered(&fit, TRUTH, 1e-5);
+        assert!(fit.is_reliable(), "{from} {to}: {:?}", fit.warnings);
+    };
+    for step in (0..200).step_by(3) {
+        cut(0, 500 + step);
+        cut(step, 700);
+        cut(step, 300 + step);
+    }
+}
+
+/// Noise of the displacement must not count as amplitude: .2 % of it shift no parameter by more than a standard error.
+#[test]
+fn noise_of_the_displacement() {
+    let peak = oracle(TRUTH).peak_force(AMPLITUDE);
+    for sampling in [Sampling::Uniform, Sampling::Sinusoidal] {
+        let (mut x, mut force) = loops(TRUTH, AMPLITUDE, 200, 3, sampling);
+        // Every reversal once: a corner has no plateau.
+        for k in (1..6).rev() {
+            x.remove(200 * k);
+            force.remove(200 * k);
+        }
+        let clean = (x, force);
+        let (mut bias, mut error) = ([0.0; 4], [0.0; 4]);
+        for seed in 0..30 {
+            let fit = least_squares(&(
+                noisy(&clean.0, 0.002 * AMPLITUDE, seed),
+                noisy(&clean.1, 0.01 * peak, 1000 + seed),
+            ));
+            assert!(fit.is_reliable(), "{:?}", fit.warnings);
+            for k in 0..4 {
+                bias[k] += (fit.joint.parameters()[k] - TRUTH[k]) / 30.0;
+                error[k] += fit.standard_errors[k] / 30.0;
+            }
+        }
+        println!("bias {bias:.3?} of standard error {error:.3?}");
+        assert!(
+            (0..4).all(|k| bias[k].abs() < error[k]),
+            "{bias:?} {error:?}"
+        );
+        // More is told.
+        let noisier = noisy(&clean.0, 0.006 * AMPLITUDE, 1);
+        let warnings = least_squares(&(noisier, clean.1)).warnings;
+        let told = |w: &Warning| matches!(w, Warning::NoisyDisplacement(part) if (0.004..0.008).contains(part));
+        assert!(warnings.iter().any(told), "{warnings:?}");
+    }
+}
+
+/// A spring and a dashpot: an ellipse, which the model resembles with huge friction that a negative stiffness takes back.
+#[test]
+fn a_viscous_loop_is_no_joint() {
+    for damping in [0.01, 0.1, 0.3, 1.0] {
+        for stiffness in [0.0, 1.0] {
+            let angle = |k: i32| f64::from(k) * PI / 100.0;
+            let x: Vec<f64> = (0..=400).map(|k| angle(k).sin()).collect();
+            let force = (0..=400).map(|k| stiffness * angle(k).sin() + damping * angle(k).cos());
+            let fit = least_squares(&(x, force.collect()));
+            assert!(!fit.is_reliable(), "{damping} {stiffness} {:?}", fit.joint);
+        }
+    }
+}
+
+#[test]
+fn a_loop_that_turns_the_wrong_way_is_refused() {
+    let (mut x, mut force) = loops(TRUTH, AMPLITUDE, 100, 2, Sampling::Uniform);
+    x.reverse();
+    force.reverse();
+    let message = Record::new(&x, &force).unwrap_err().message;
+    assert!(message.contains("turns the wrong way"), "{message}");
+}
+
+#[test]
+fn the_end_of_the_search_is_told() {
+    let truth = [266.78, 0.0041, 100.0, 0.0];
+    let fit = least_squares(&loops(truth, 8.0, 2000, 1, Sampling::Sinusoidal));
+    let at_bound = |w: &Warning| matches!(w, Warning::DisplacementAtBound(_));
+    assert!(fit.warnings.iter().any(at_bound), "{:?}", fit.warnings);
 }
 
 /// What a real record has besides noise: first loading, a mean, a record that ends half way, a larger number of points here than

@@ -64,7 +64,7 @@ pub unsafe extern "C" fn mepc_iwan_force(
         let bad = |message: String| Error::new(Kind::BadInput, message);
         if !(amplitude > 0.0 && amplitude.is_finite()) {
             return Err(bad(format!(
-                "amplitude = {amplitude}: must be finite and > 0"
+                "amplitude = {amplitude:?}: must be finite and > 0"
             )));
         }
         let forces = displacement
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn mepc_iwan_force(
                     return Ok(force);
                 }
                 Err(bad(format!(
-                    "displacement[{index}] = {x}: must be finite, and the force too ({force})"
+                    "displacement[{index}] = {x:?}: must be finite, and the force too ({force:?})"
                 )))
             });
         let forces: Vec<f64> = forces.collect::<Result<_, _>>()?;
@@ -104,7 +104,8 @@ pub unsafe extern "C" fn mepc_iwan_force(
 /// exponent by logarithms: rougher).
 /// params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL.
 ///
-/// A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT.
+/// A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT, as is one that turns the
+/// wrong way, or that only a friction of more than twice the measured forces would resemble (viscous damping).
 /// Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_INPUT (mepc_last_error tells what is wrong with the data).
 ///
 /// # Safety

@@ -2,8 +2,8 @@
 //!
 //! Everything is scaled: displacement by the amplitude A, force by the half range T. The unknowns are F_s / T, ln(X_s / A),
 //! k_alpha A / T, chi, and the mean force over T, which a real record has and nobody wants to know. Given X_s and chi the
-//! others are linear: a coarse grid over the two, with the linear ones eliminated, finds where to start, so that the
-//! ill-conditioned valley between X_s and kappa is entered at its bottom.
+//! others are linear. X_s and kappa lie in a long and narrow valley: its bottom, the best chi for each of many X_s with the linear
+//! unknowns eliminated, tells where to start.
 
 use super::least_squares::{Minimum, Problem, minimise};
 use super::record::{Point, Record};
@@ -16,13 +16,16 @@ use std::fmt;
 const CHI_RANGE: [f64; 2] = [1.0, 12.0];
 /// X_s over the amplitude, likewise.
 const X_RANGE: [f64; 2] = [1e-3, 20.0];
-/// The starting grid.
+/// Steps of X_s along the valley, from the least to the amplitude and from there to the greatest.
+const X_STEPS: [i32; 2] = [34, 15];
+/// Where the search for the best chi at an X_s starts, and how many golden sections it ends with.
 const CHI_GRID: [f64; 10] = [1.0, 1.15, 1.4, 1.7, 2.0, 2.5, 3.2, 4.5, 7.0, 12.0];
-const X_GRID: i32 = 48;
-/// Minima of the grid that are followed.
+const CHI_SECTIONS: usize = 15;
+const GOLDEN: f64 = 0.618_033_988_75;
+/// Minima along the valley that are followed.
 const STARTS: usize = 5;
-/// At most so many points are used for the grid.
-const GRID_POINTS: usize = 1000;
+/// At most so many points are used to find it.
+const VALLEY_POINTS: usize = 1000;
 /// Fewer points per direction than this, or in gross slip, leave the fit to chance.
 const FEW_POINTS: usize = 25;
 const FEW_GROSS: usize = 5;
@@ -30,10 +33,14 @@ const FEW_GROSS: usize = 5;
 const ILL: f64 = 0.1;
 /// Neighbouring residuals more alike than this are not noise alone.
 const CORRELATED: f64 = 0.3;
+/// A friction force beyond so many times the half range of the force is none.
+const CANCELLING: f64 = 2.0;
+/// Scatter of the displacement, as a part of the amplitude, that shifts X_s and kappa by more than a standard error.
+const NOISY: f64 = 0.003;
 /// A sum of squares at the 95 % point of chi^2 with one degree of freedom above the least is still likely.
 const LIKELY: f64 = 3.841_459;
 /// Residuals below this part of the force range are rounding.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-7;
 /// Number of unknowns.
 const UNKNOWNS: usize = 5;
 
@@ -58,6 +65,12 @@ pub enum Warning {
     },
     /// chi stands at an end of its range.
     ChiAtBound(f64),
+    /// The displacement scatters by this part of the amplitude.
+    NoisyDisplacement(f64),
+    /// Friction and residual stiffness cancel: F_s is so many times the half range of the force.
+    NoJoint(f64),
+    /// X_s, over the amplitude, stands at the lower end of its range.
+    DisplacementAtBound(f64),
     /// Neighbouring residuals are alike, with this correlation: the loop is not quite one of the model.
     Misfit(f64),
 }
@@ -65,17 +78,36 @@ pub enum Warning {
 impl Warning {
     /// True when the parameters must not be used as they are.
     pub fn is_severe(&self) -> bool {
-        matches!(self, Warning::NoGrossSlip { .. })
+        matches!(self, Warning::NoGrossSlip { .. } | Warning::NoJoint(_))
     }
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Warning::NoGrossSlip { reach } if *reach >= 1.0 => write!(
+                out,
+                "no gross slip in the data (X_s would be {reach:.2} amplitudes): F_s, X_s, k_alpha and kappa are an extrapolation; \
+                 measure with a larger amplitude"
+            ),
             Warning::NoGrossSlip { reach } => write!(
                 out,
-                "no gross slip in the data (X_s would be {reach:.2} amplitudes, or may be): F_s, X_s, k_alpha and kappa are \
-                 an extrapolation; measure with a larger amplitude"
+                "the data do not show gross slip: X_s is {reach:.2} amplitudes, but a curve with X_s beyond the amplitude fits no \
+                 worse than their scatter and misfit allow; F_s, X_s, k_alpha and kappa are an extrapolation"
+            ),
+            Warning::NoJoint(ratio) => write!(
+                out,
+                "F_s is {ratio:.1} times the half range of the force, and k_alpha takes it back: the loop is not one of this model"
+            ),
+            Warning::DisplacementAtBound(x) => write!(
+                out,
+                "X_s = {x} amplitudes is the end of the range that was searched: nothing can be said of X_s and kappa"
+            ),
+            Warning::NoisyDisplacement(part) => write!(
+                out,
+                "the displacement scatters by {:.1} % of the amplitude: X_s and kappa come out too small, by more than the \
+                 standard errors tell",
+                100.0 * part
             ),
             Warning::FewPoints(count) => {
                 write!(
@@ -103,7 +135,7 @@ impl fmt::Display for Warning {
             Warning::Misfit(correlation) => write!(
                 out,
                 "neighbouring residuals are alike (correlation {correlation:.2}): the loop is not quite of this model; \
-                 the standard errors allow for it"
+                 the standard errors are enlarged as for noise of that kind, a bias is not in them"
             ),
         }
     }
@@ -145,14 +177,17 @@ impl Record {
     /// [`Kind::BadInput`] when no curve of the model resembles the data.
     pub fn least_squares(&self) -> Result<Fit, Error> {
         let scaled = Scaled::new(self, X_RANGE);
-        let best = scaled
-            .starts()
-            .into_iter()
-            .map(|start| minimise(&scaled, start))
-            .min_by(|a, b| a.sum.total_cmp(&b.sum))
-            .ok_or_else(|| bad("no start for the search"))?;
+        let valley = scaled.valley();
+        let best = search(&scaled, &valley).ok_or_else(|| bad("no start for the search"))?;
+        // The best without gross slip, which starts at the amplitude.
+        let without = Scaled {
+            x_range: [1.0, X_RANGE[1]],
+            ..scaled.clone()
+        };
+        let least_without = search(&without, &valley[X_STEPS[0] as usize..])
+            .map_or(f64::INFINITY, |minimum| minimum.sum);
         let mut fit = self.fit_at(&scaled, &best)?;
-        fit.warnings = self.warnings(&fit, &scaled, &best);
+        fit.warnings = self.warnings(&fit, &scaled, &best, least_without);
         Ok(fit)
     }
 
@@ -191,7 +226,11 @@ impl Record {
             .try_inverse()
             .ok_or_else(|| bad("the data do not determine the parameters at all"))?
             * variance;
-        let error = |index: usize| covariance[(index, index)].max(0.0).sqrt();
+        let error = |index: usize| match covariance[(index, index)] {
+            square if square > 0.0 => square.sqrt(),
+            // Lost in rounding.
+            _ => f64::INFINITY,
+        };
         let log_error = error(1);
         let stiffness = scaled.unit / self.amplitude;
         let standard_errors = [
@@ -255,30 +294,34 @@ impl Record {
     }
 
     /// What has to be known before the parameters are used.
-    fn warnings(&self, fit: &Fit, scaled: &Scaled, best: &Minimum) -> Vec<Warning> {
+    fn warnings(
+        &self,
+        fit: &Fit,
+        scaled: &Scaled,
+        best: &Minimum,
+        least_without: f64,
+    ) -> Vec<Warning> {
         let correlation = self.correlation(scaled, &fit.residuals);
         let variance = self.variance(scaled, best, &fit.residuals);
         let mut warnings = Vec::new();
         let reach = fit.joint.displacement / self.amplitude;
         let gross = scaled.points.iter().filter(|p| p.distance >= reach).count();
         // Gross slip is shown when every curve without it fits worse than chance allows.
-        let without = Scaled {
-            x_range: [1.0, X_RANGE[1]],
-            ..scaled.clone()
-        };
-        let least_without = || {
-            let starts = without.starts().into_iter();
-            let sums = starts.map(|start| minimise(&without, start).sum);
-            sums.fold(f64::INFINITY, f64::min)
-        };
         let rounding = (scaled.points.len() as f64) * ROUNDING * ROUNDING;
-        if reach >= 1.0
-            || gross == 0
-            || least_without() - best.sum <= LIKELY * variance.max(rounding)
+        if reach >= 1.0 || gross == 0 || least_without - best.sum <= LIKELY * variance.max(rounding)
         {
             warnings.push(Warning::NoGrossSlip { reach });
+        } else if fit.joint.force > CANCELLING * scaled.unit {
+            warnings.push(Warning::NoJoint(fit.joint.force / scaled.unit));
         } else if gross < 2 * FEW_GROSS {
             warnings.push(Warning::FewGrossSlipPoints(gross));
+        }
+        let scatter = self.scatter / self.amplitude;
+        if scatter > NOISY {
+            warnings.push(Warning::NoisyDisplacement(scatter));
+        }
+        if reach <= X_RANGE[0] * (1.0 + 1e-9) {
+            warnings.push(Warning::DisplacementAtBound(reach));
         }
         let up = scaled.points.iter().filter(|p| p.sign > 0.0).count();
         let fewest = up.min(scaled.points.len() - up);
@@ -336,9 +379,34 @@ fn shape(s: f64, chi: f64) -> [f64; 3] {
     if s >= 1.0 {
         return [1.0, 0.0, 0.0];
     }
+    // Noise leads beyond the reversal: the curve goes on straight.
+    if s < 0.0 {
+        return [chi * s, chi, s];
+    }
     let log = (-s).ln_1p();
     let rest = (chi * log).exp();
     [-(chi * log).exp_m1(), chi * rest / (1.0 - s), -rest * log]
+}
+
+/// A place on the bottom of the valley.
+#[derive(Clone, Debug)]
+struct Bottom {
+    /// The sum of squares there.
+    sum: f64,
+    unknowns: DVector<f64>,
+}
+
+/// The least sum of squares near the lowest places of the valley.
+fn search(scaled: &Scaled, valley: &[Bottom]) -> Option<Minimum> {
+    let sum = |k: usize| valley.get(k).map_or(f64::INFINITY, |bottom| bottom.sum);
+    let mut lowest: Vec<&Bottom> = (0..valley.len())
+        .filter(|&k| sum(k) <= sum(k.wrapping_sub(1)) && sum(k) <= sum(k + 1))
+        .map(|k| &valley[k])
+        .collect();
+    lowest.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    let starts = lowest.into_iter().take(STARTS);
+    let minima = starts.map(|start| minimise(scaled, start.unknowns.clone()));
+    minima.min_by(|a, b| a.sum.total_cmp(&b.sum))
 }
 
 impl Scaled {
@@ -382,42 +450,48 @@ impl Scaled {
         Ok((joint, unknowns[4] * self.unit))
     }
 
-    /// Starting points: the best local minima of the grid.
-    fn starts(&self) -> Vec<DVector<f64>> {
-        let [low, high] = self.x_range.map(f64::ln);
-        let stride = self.points.len().div_ceil(GRID_POINTS);
-        let columns = CHI_GRID.len();
-        let cells: Vec<(f64, DVector<f64>)> = (0..=X_GRID)
-            .flat_map(|k| {
-                let log_x = low + (high - low) * f64::from(k) / f64::from(X_GRID);
-                CHI_GRID.map(|chi| self.linear(log_x, chi, stride))
-            })
-            .collect();
-        let sum = |row: usize, column: usize| cells[row * columns + column].0;
-        let rows = cells.len() / columns;
-        let mut minima: Vec<&(f64, DVector<f64>)> = Vec::new();
-        for row in 0..rows {
-            for column in 0..columns {
-                let here = sum(row, column);
-                let lowest = (row.saturating_sub(1)..=(row + 1).min(rows - 1)).all(|r| {
-                    (column.saturating_sub(1)..=(column + 1).min(columns - 1))
-                        .all(|c| sum(r, c) >= here)
-                });
-                if lowest {
-                    minima.push(&cells[row * columns + column]);
-                }
-            }
-        }
-        minima.sort_by(|a, b| a.0.total_cmp(&b.0));
-        minima
-            .into_iter()
-            .take(STARTS)
-            .map(|(_, start)| start.clone())
-            .collect()
+    /// The bottom of the valley, from the least X_s to the greatest.
+    fn valley(&self) -> Vec<Bottom> {
+        let [low, high] = X_RANGE.map(f64::ln);
+        let part = |k: i32, steps: i32| f64::from(k) / f64::from(steps);
+        let to_amplitude = (0..X_STEPS[0]).map(|k| low * (1.0 - part(k, X_STEPS[0])));
+        let beyond = (0..=X_STEPS[1]).map(|k| high * part(k, X_STEPS[1]));
+        let all = to_amplitude.chain(beyond);
+        all.map(|log_x| self.bottom(log_x)).collect()
     }
 
-    /// Best F_s, k_alpha and mean force for given X_s and chi: the sum of squares and the unknowns.
-    fn linear(&self, log_x: f64, chi: f64, stride: usize) -> (f64, DVector<f64>) {
+    /// The best of the other unknowns for this X_s.
+    fn bottom(&self, log_x: f64) -> Bottom {
+        let stride = self.points.len().div_ceil(VALLEY_POINTS);
+        let at = |chi: f64| self.linear(log_x, chi, stride);
+        let better = |a: Bottom, b: Bottom| if b.sum < a.sum { b } else { a };
+        let cells = CHI_GRID.map(at);
+        let sum = |k: &usize| cells[*k].sum;
+        let best = (0..CHI_GRID.len())
+            .min_by(|a, b| sum(a).total_cmp(&sum(b)))
+            .unwrap_or(0);
+        let mut low = CHI_GRID[best.saturating_sub(1)];
+        let mut high = CHI_GRID[(best + 1).min(CHI_GRID.len() - 1)];
+        let inner = |low: f64, high: f64| GOLDEN * (high - low);
+        let mut below = at(high - inner(low, high));
+        let mut above = at(low + inner(low, high));
+        for _ in 0..CHI_SECTIONS {
+            if below.sum < above.sum {
+                high = above.unknowns[3];
+                above = below;
+                below = at(high - inner(low, high));
+            } else {
+                low = below.unknowns[3];
+                below = above;
+                above = at(low + inner(low, high));
+            }
+        }
+        // At an end of the range it is the end itself.
+        better(cells[best].clone(), better(below, above))
+    }
+
+    /// Best F_s, k_alpha and mean force for given X_s and chi.
+    fn linear(&self, log_x: f64, chi: f64, stride: usize) -> Bottom {
         let x = log_x.exp();
         let mut matrix = Matrix3::zeros();
         let mut right = Vector3::zeros();
@@ -439,7 +513,10 @@ impl Scaled {
             square
         };
         let unknowns = [solution[0].max(1e-6), log_x, solution[1], chi, solution[2]];
-        (sum, DVector::from_column_slice(&unknowns))
+        Bottom {
+            sum,
+            unknowns: DVector::from_column_slice(&unknowns),
+        }
     }
 }
 

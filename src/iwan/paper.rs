@@ -16,6 +16,9 @@ const LAST_PART: f64 = 0.25;
 pub const TOLERANCE: f64 = 0.001;
 /// The running mean is over as many points as the noise asks for, and no more than this part of all.
 const WINDOW: f64 = 1.0 / 40.0;
+/// Standard deviations that noise may be away from the line, and those that it never is.
+const NOISE: f64 = 3.0;
+const BEYOND_NOISE: f64 = 5.0;
 /// Part of X_s whose points give the exponent: at its ends the logarithms are all noise.
 const SHAPE: [f64; 2] = [0.05, 0.9];
 
@@ -51,7 +54,7 @@ impl Record {
         let mut onset = (1.0 - LAST_PART) * a;
         let mut line = Line::through(&points, onset)?;
         // The line and the point where the data leave it depend on each other.
-        for _ in 0..3 {
+        for _ in 0..10 {
             onset = line.left_at(&points, onset, tolerance)?;
             line = Line::through(&points, onset)?;
         }
@@ -172,16 +175,24 @@ impl Line {
     /// Where the data leave the line, coming back from its end.
     fn left_at(&self, points: &[Point], onset: f64, tolerance: f64) -> Result<f64, Error> {
         let force = 0.5 * (self.intercept[0] + self.intercept[1]);
-        let noise = 3.0 * self.scatter;
+        let noise = NOISE * self.scatter;
         let wanted = (noise / (tolerance * force)).powi(2).ceil();
         let most = (WINDOW * points.len() as f64).max(5.0);
         let window = wanted.clamp(1.0, most) as usize;
-        let tolerance = (tolerance * force).max(noise / (window as f64).sqrt());
+        let root = (window as f64).sqrt();
+        let tolerance = (tolerance * force).max(noise / root);
+        let beyond_noise = BEYOND_NOISE * self.scatter / root;
         let below = |p: &Point| self.intercept[p.side] + self.slope * p.displacement - p.force;
-        // The last window whose mean is below the line; the line holds from its end on.
-        let left = points
-            .windows(window)
-            .rposition(|part| part.iter().map(below).sum::<f64>() / window as f64 > tolerance);
+        let mean = |part: &[Point]| part.iter().map(below).sum::<f64>() / window as f64;
+        let means: Vec<f64> = points.windows(window).map(mean).collect();
+        // The last window whose mean is below the line, and the line holds from its end on. Noise lifts one of many windows:
+        // what counts goes on in the window before, or is beyond noise.
+        let left = (0..means.len()).rev().find(|&index| {
+            let before = index
+                .checked_sub(window)
+                .map_or(f64::INFINITY, |k| means[k]);
+            means[index] > tolerance && (before > tolerance || means[index] > beyond_noise)
+        });
         let Some(index) = left else {
             return Err(bad(
                 "the data never leave the residual line: no stick in the loop",

@@ -1,7 +1,9 @@
 //! Measured data cut into branches: from one reversal of the displacement to the next.
 
 use super::Direction;
+use super::fit::two_lines;
 use crate::error::{Error, Kind};
+use nalgebra::{Matrix3, Vector3};
 
 /// A change of direction counts as a reversal when the displacement comes back by this part of its whole range;
 /// less is noise, or a nested loop.
@@ -10,6 +12,12 @@ const REVERSAL: f64 = 0.2;
 const COMPLETE: f64 = 0.9;
 /// What starts or ends this close, as a part of the whole range, starts or ends at the same place.
 const SAME: f64 = 0.02;
+/// Samples this close to a turn, as a part of the whole range, tell where it is, if there are so many.
+const NEAR: f64 = 0.05;
+const FEWEST_NEAR: usize = 8;
+/// At most so many of them are used, and so many places tried for a corner between them.
+const MOST_NEAR: usize = 2000;
+const CORNERS: usize = 100;
 /// Forces this close, as a part of their whole range, close the loop.
 const CLOSED: f64 = 0.05;
 /// Five unknowns (the parameters and the mean force) need some points on each side.
@@ -41,6 +49,8 @@ pub struct Record {
     pub amplitude: f64,
     /// The middle between the reversals.
     pub centre: f64,
+    /// How much the displacement scatters where it turns; 0 where it is monotonic on both sides.
+    pub scatter: f64,
 }
 
 /// A point of the loop in units of the record's amplitude and of some force: what Masing's rule needs.
@@ -48,7 +58,7 @@ pub struct Record {
 pub struct Point {
     /// 1 on a loading branch, -1 on an unloading one.
     pub sign: f64,
-    /// Half the distance from the reversal: 0 to 1.
+    /// Half the distance from the reversal: 0 to 1, or a little beyond by noise.
     pub distance: f64,
     /// Amplitude of this branch over the mean one.
     pub amplitude: f64,
@@ -75,25 +85,25 @@ impl Record {
         for (name, values) in [("displacement", displacement), ("force", force)] {
             if let Some(index) = values.iter().position(|value| !value.is_finite()) {
                 let value = values[index];
-                return Err(bad(format!("{name}[{index}] = {value}: must be finite")));
+                return Err(bad(format!("{name}[{index}] = {value:?}: must be finite")));
             }
         }
         let [low, high] = range(displacement);
         let length = high - low;
         if !length.is_normal() || !(2.0 * length).is_finite() {
             return Err(bad(format!(
-                "displacement = {low} .. {high} in {} points: no loop, the displacement does not move",
+                "displacement = {low:?} .. {high:?} in {} points: no loop, the displacement does not move",
                 displacement.len()
             )));
         }
         let force_range = range(force);
         if !(force_range[1] - force_range[0]).is_normal() {
             return Err(bad(format!(
-                "force = {} throughout: no loop",
+                "force = {:?} throughout: no loop",
                 force_range[0]
             )));
         }
-        let branches = branches(displacement, force);
+        let (branches, scatter) = branches(displacement, force);
         for direction in [Direction::Loading, Direction::Unloading] {
             let ours = branches.iter().filter(|b| b.direction == direction);
             let points: usize = ours.map(|b| b.points.len()).sum();
@@ -104,6 +114,20 @@ impl Record {
                     displacement.len()
                 )));
             }
+        }
+        let all = branches.iter().flat_map(|b| {
+            let side = usize::from(b.direction == Direction::Unloading);
+            b.points
+                .iter()
+                .map(move |&i| (side, displacement[i], force[i]))
+        });
+        // What loads lies above what unloads.
+        if let Some(([loading, unloading, _], ..)) = two_lines(&all.collect::<Vec<_>>())
+            && loading <= unloading
+        {
+            return Err(bad(
+                "force: the loop dissipates nothing, or turns the wrong way".to_string(),
+            ));
         }
         let count = branches.len() as f64;
         let amplitude = branches.iter().map(|b| b.amplitude).sum::<f64>() / count;
@@ -116,6 +140,7 @@ impl Record {
             force: force.to_vec(),
             amplitude,
             centre: middle.sum::<f64>() / count,
+            scatter,
             branches,
         })
     }
@@ -136,7 +161,7 @@ impl Record {
                 let x = self.displacement[index];
                 Point {
                     sign,
-                    distance: (0.5 * sign * (x - branch.start) / self.amplitude).max(0.0),
+                    distance: 0.5 * sign * (x - branch.start) / self.amplitude,
                     amplitude: branch.amplitude / self.amplitude,
                     displacement: (x - self.centre) / self.amplitude,
                     force: self.force[index] / unit,
@@ -191,9 +216,9 @@ impl Record {
 
     /// Work along a branch by trapezoids, from the reversal (the point before the first one).
     fn work(&self, branch: &Branch) -> f64 {
-        let before = branch.points.first().and_then(|first| first.checked_sub(1));
-        let from = before.filter(|&index| self.displacement[index] == branch.start);
-        let all: Vec<usize> = from
+        let first = branch.points.first();
+        let reversal = first.and_then(|first| first.checked_sub(1));
+        let all: Vec<usize> = reversal
             .into_iter()
             .chain(branch.points.iter().copied())
             .collect();
@@ -251,81 +276,167 @@ fn reversals(x: &[f64], threshold: f64) -> Vec<usize> {
     turns
 }
 
+/// The direction from one displacement to another.
+fn direction(from: f64, to: f64) -> Direction {
+    if to > from {
+        Direction::Loading
+    } else {
+        Direction::Unloading
+    }
+}
+
+/// The sample that goes farthest in a direction, the first one of several.
+fn farthest(
+    x: &[f64],
+    samples: impl Iterator<Item = usize>,
+    direction: Direction,
+) -> Option<usize> {
+    let reach = |index: &usize| -direction.sign() * x[*index];
+    samples.min_by(|a, b| reach(a).total_cmp(&reach(b)))
+}
+
+/// Where the displacement turned at sample `turn`, and how much the samples about it scatter. The extreme one of noisy samples
+/// lies beyond the turn: then the tip of a curve through them, with or without a corner, is taken.
+fn settled(x: &[f64], turn: usize, length: f64) -> (f64, f64) {
+    let near = |index: &usize| (x[*index] - x[turn]).abs() <= NEAR * length;
+    let first = (0..turn).rev().take_while(near).last().unwrap_or(turn);
+    let last = (turn + 1..x.len()).take_while(near).last().unwrap_or(turn);
+    let approaches = x[first..=turn].windows(2).map(|pair| pair[1] - pair[0]);
+    let leaves = x[turn..=last].windows(2).map(|pair| pair[0] - pair[1]);
+    let (rises, falls) = approaches
+        .chain(leaves)
+        .fold((false, false), |(rises, falls), step| {
+            (rises || step > 0.0, falls || step < 0.0)
+        });
+    let width = last - first;
+    if !(rises && falls) || width < FEWEST_NEAR {
+        return (x[turn], 0.0);
+    }
+    let samples = || (first..=last).step_by(1 + width / MOST_NEAR);
+    let outward = if x[first] < x[turn] { 1.0 } else { -1.0 };
+    // The sum of squares for every place where a corner may be, of which the least counts, and the tip.
+    let curves = (first..=last)
+        .step_by(1 + width / CORNERS)
+        .filter_map(|corner| {
+            let row = |index: usize| {
+                let u = (index as f64 - corner as f64) / width as f64;
+                Vector3::new(1.0, u.abs(), u * u)
+            };
+            let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            for index in samples() {
+                matrix += row(index) * row(index).transpose();
+                right += row(index) * (x[index] - x[turn]);
+            }
+            let curve = matrix.cholesky()?.solve(&right);
+            let (mut square, mut tip) = (0.0, f64::NEG_INFINITY);
+            for index in samples() {
+                let value = curve.dot(&row(index));
+                square += (x[index] - x[turn] - value).powi(2);
+                tip = tip.max(outward * value);
+            }
+            Some((square, outward * tip))
+        });
+    let best = curves.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or((x[turn], 0.0), |(square, tip)| {
+        (x[turn] + tip, (square / samples().count() as f64).sqrt())
+    })
+}
+
 /// The branches that belong to the largest loop.
-fn branches(x: &[f64], force: &[f64]) -> Vec<Branch> {
+/// Also how much the displacement scatters.
+fn branches(x: &[f64], force: &[f64]) -> (Vec<Branch>, f64) {
     let [low, high] = range(x);
     let length = high - low;
-    let turns = reversals(x, REVERSAL * length);
+    let mut turns = reversals(x, REVERSAL * length);
     let (Some(&first_turn), Some(&last_turn)) = (turns.first(), turns.last()) else {
-        return Vec::new();
+        return (Vec::new(), 0.0);
     };
-    let direction = |from: f64, to: f64| {
-        if to > from {
-            Direction::Loading
-        } else {
-            Direction::Unloading
-        }
+    let last = x.len() - 1;
+    let extreme = |direction| match direction {
+        Direction::Loading => high,
+        Direction::Unloading => low,
     };
+    let ends_loop =
+        |index: usize, direction| (x[index] - extreme(direction)).abs() <= SAME * length;
+    // The record may turn once more, too close to its start or its end for a threshold.
+    let head = direction(x[0], x[first_turn]);
+    let start = farthest(x, 0..=first_turn, head.opposite()).unwrap_or(0);
+    let head_is_full = ends_loop(start, head.opposite());
+    if head_is_full && start > 0 {
+        turns.insert(0, start);
+    }
+    let before = turns[..turns.len() - 1].last().copied().unwrap_or(0);
+    let tail = direction(x[last_turn], x[before]);
+    let end = farthest(x, (last_turn..=last).rev(), tail).unwrap_or(last);
+    if ends_loop(end, tail) && (x[last] - x[end]).abs() > SAME * length {
+        turns.push(end);
+    }
+    let settled_turns = turns.iter().map(|&turn| settled(x, turn, length));
+    let (ends, scatter): (Vec<f64>, Vec<f64>) = settled_turns.unzip();
+
     let mut found: Vec<Branch> = Vec::new();
-    for pair in turns.windows(2) {
-        let (start, end) = (x[pair[0]], x[pair[1]]);
-        if (end - start).abs() >= COMPLETE * length {
+    for (pair, ends) in turns.windows(2).zip(ends.windows(2)) {
+        if (ends[1] - ends[0]).abs() >= COMPLETE * length {
             found.push(Branch {
-                direction: direction(start, end),
-                start,
-                amplitude: 0.5 * (end - start).abs(),
+                direction: direction(ends[0], ends[1]),
+                start: ends[0],
+                amplitude: 0.5 * (ends[1] - ends[0]).abs(),
                 points: (pair[0] + 1..=pair[1]).collect(),
             });
         }
     }
-
-    // Before the first turn: a branch of the loop if it starts where the loop turns.
-    let head = direction(x[0], x[first_turn]);
-    let other_end = match head {
-        Direction::Loading => low,
-        Direction::Unloading => high,
-    };
     let turn_is_full = |index: usize| {
         let nearest = (x[index] - low).abs().min((x[index] - high).abs());
         nearest <= (1.0 - COMPLETE) * length
     };
-    let head_is_full = (x[0] - other_end).abs() <= SAME * length && turn_is_full(first_turn);
-    if head_is_full {
+    // Before the first turn: a branch of the loop if it starts where the loop turns.
+    let whole_head = head_is_full && start == 0;
+    if whole_head && turn_is_full(first_turn) {
+        let others = found.iter().filter(|b| b.direction == head);
+        let starts: Vec<f64> = others.map(|b| b.start).collect();
+        let start = if starts.is_empty() {
+            extreme(head.opposite())
+        } else {
+            starts.iter().sum::<f64>() / starts.len() as f64
+        };
         found.insert(
             0,
             Branch {
                 direction: head,
-                start: other_end,
-                amplitude: 0.5 * (x[first_turn] - other_end).abs(),
+                start,
+                amplitude: 0.5 * (ends[0] - start).abs(),
                 points: (0..=first_turn).collect(),
             },
         );
     }
-    // After the last turn: its start is known even if the record ends half way.
-    let last = x.len() - 1;
-    if turn_is_full(last_turn) && last > last_turn {
-        let start = x[last_turn];
-        let tail = direction(start, x[last]);
-        let reached = 0.5 * (x[last] - start).abs();
+    // After the last turn: its start is known even if the record ends half way. What comes after its own end is too short to
+    // be a branch.
+    let (first_turn, last_turn) = (turns[0], turns[turns.len() - 1]);
+    let start = ends[turns.len() - 1];
+    let stop = if last_turn == end { last } else { end };
+    if turn_is_full(last_turn) && stop > last_turn {
+        let tail = direction(start, x[stop]);
+        let reached = 0.5 * (settled(x, stop, length).0 - start).abs();
         let usual = found.last().map_or(0.5 * length, |b| b.amplitude);
-        let complete = reached >= (1.0 - SAME) * usual;
-        let mut points: Vec<usize> = (last_turn + 1..=last).collect();
+        let mut points: Vec<usize> = (last_turn + 1..=stop).collect();
         // A record of one steady cycle may start anywhere: then its first points complete the last branch.
-        let closes = tail == head
-            && !head_is_full
-            && (x[last] - x[0]).abs() <= SAME * length
-            && (force[last] - force[0]).abs() <= CLOSED * (range(force)[1] - range(force)[0]);
+        let closes = tail == direction(x[0], x[first_turn])
+            && !whole_head
+            && (x[stop] - x[0]).abs() <= SAME * length
+            && (force[stop] - force[0]).abs() <= CLOSED * (range(force)[1] - range(force)[0]);
         if closes && turn_is_full(first_turn) {
             points.extend(0..=first_turn);
         }
         found.push(Branch {
             direction: tail,
             start,
-            amplitude: if complete { reached } else { usual },
+            // It may have gone on.
+            amplitude: reached.max(usual),
             points,
         });
     }
-    found
+    let scatter = scatter.iter().sum::<f64>() / scatter.len() as f64;
+    (found, scatter)
 }
 
 #[cfg(test)]
@@ -341,7 +452,7 @@ mod tests {
     #[test]
     fn three_cycles_have_six_branches() {
         let x = cosine(3.0, 100, 0.0);
-        let branches = branches(&x, &x);
+        let branches = branches(&x, &x).0;
         assert_eq!(branches.len(), 6);
         assert_eq!(
             branches.iter().map(|b| b.points.len()).sum::<usize>(),
@@ -359,7 +470,7 @@ mod tests {
         let x = cosine(1.25, 100, 0.25);
         let mut force = x.clone();
         force[0] = 5.0;
-        let branches = branches(&x, &force);
+        let branches = branches(&x, &force).0;
         assert_eq!(branches.len(), 2);
         assert_eq!(branches[0].points[0], 26);
     }
@@ -367,7 +478,7 @@ mod tests {
     #[test]
     fn one_cycle_from_the_middle_closes() {
         let x = cosine(1.0, 100, 0.25);
-        let branches = branches(&x, &x);
+        let branches = branches(&x, &x).0;
         assert_eq!(branches.len(), 2);
         assert_eq!(
             branches.iter().map(|b| b.points.len()).sum::<usize>(),
@@ -383,7 +494,7 @@ mod tests {
             random = random.wrapping_mul(1664525).wrapping_add(1013904223);
             *value += 0.02 * (f64::from(random) / f64::from(u32::MAX) - 0.5);
         }
-        assert_eq!(branches(&x, &x).len(), 4);
+        assert_eq!(branches(&x, &x).0.len(), 4);
     }
 
     #[test]
