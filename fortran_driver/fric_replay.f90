@@ -130,7 +130,10 @@ contains
         motions%displacement(1) = history%column("displacement_1")
         if (history%has("displacement_2")) motions%displacement(2) = history%column("displacement_2")
         if (history%has("rotation")) then
-            call history%require("displacement_2", ", rotation needs two directions")
+            if (.not. history%has("displacement_2")) then
+                call fail(history%header_place() // &
+                    ": column displacement_2: missing in the header, rotation needs two directions")
+            end if
             motions%rotation = history%column("rotation")
         end if
         motions%pressure_scale = 1

@@ -375,7 +375,7 @@ fn characteristic_length_in_the_fortran_driver() {
     }
 }
 
-/// What a driver says to a wrong file, without its own name: both say the same.
+/// What a driver says to a wrong file or command line, without its own name: both say the same.
 fn complaint(arguments: &[&str], code: i32) -> String {
     let said = DRIVERS.map(|driver| {
         let output = run(driver, arguments);
@@ -386,11 +386,9 @@ fn complaint(arguments: &[&str], code: i32) -> String {
             "{driver} {arguments:?}: {text}"
         );
         assert!(output.stdout.is_empty(), "{driver}: no half tables");
-        let text = text
-            .strip_prefix(&format!("{driver}: "))
-            .unwrap_or_else(|| panic!("{driver}: {text}"));
-        // Fortran prints the zeros of a number that C leaves out.
-        text.trim_end().replace(".00000", "")
+        assert!(text.starts_with(&format!("{driver}: ")), "{text}");
+        let text = text.replace(&format!("{driver}: "), "");
+        text.trim_end().to_string()
     });
     assert_eq!(said[0], said[1]);
     said[0].clone()
@@ -402,8 +400,24 @@ fn wrong_point_histories_are_refused_with_file_line_and_column() {
     let cases = [
         (
             "missing_column",
-            "time,slip_1\n0,0\n".to_string(),
-            ":1: column pressure: missing",
+            "time,slip_1,\n0,0,1\n".to_string(),
+            ":1: column pressure: missing in the header, which has time, slip_1, 3 (no name)",
+        ),
+        (
+            "quoted",
+            "\"time\",\"slip_1\",\"pressure\"\n0,0,10\n".to_string(),
+            ":1: column time: missing in the header, which has \"time\", \"slip_1\", \"pressure\"",
+        ),
+        // The commas of the row are decimal ones.
+        (
+            "semicolons",
+            "time;slip_1;pressure\n0;0,5;10\n".to_string(),
+            ":1: the fields must be separated by commas, not by semicolons",
+        ),
+        (
+            "tabs",
+            "# a\ntime\tslip_1\tpressure\n0\t0\t10\n".to_string(),
+            ":2: the fields must be separated by commas, not by tabs",
         ),
         (
             "text",
@@ -467,8 +481,8 @@ fn wrong_point_histories_are_refused_with_file_line_and_column() {
         ),
         (
             "backwards",
-            format!("{header}1,0,10\n0,0,10\n"),
-            ":3: column time: 0 comes after 1, time must not decrease",
+            format!("{header}1e3,0,10\n0.50,0,10\n"),
+            ":3: column time: 0.50 comes after 1e3, time must not decrease",
         ),
         ("empty", String::new(), ":1: is empty"),
         ("comments_only", "# nothing\n\n".to_string(), ": is empty"),
@@ -484,6 +498,8 @@ fn wrong_point_histories_are_refused_with_file_line_and_column() {
     }
     let absent = format!("{}/absent.csv", env!("CARGO_TARGET_TMPDIR"));
     assert!(complaint(&["point", &absent, "--props", "0.3,0.002"], 1).contains("absent.csv: "));
+    let directory = complaint(&["point", "tests", "--props", "0.3,0.002"], 1);
+    assert_eq!(directory, "tests: Is a directory");
 }
 
 #[test]
@@ -503,8 +519,8 @@ fn wrong_patches_are_refused_with_file_line_and_column() {
         ),
         (
             "negative_area",
-            "x,y,area,pressure\n0,0,-1,10\n",
-            ":2: column area: -1 is negative",
+            "x,y,area,pressure\n0,0,-1.50,10\n",
+            ":2: column area: -1.50 is negative",
         ),
         (
             "no_points",
