@@ -50,7 +50,7 @@ static void write_output(const replay *run, const char *header) {
     const char *file = run->given->output;
     FILE *output = file == NULL ? stdout : fopen(file, "w");
     if (output == NULL) {
-        fail("%s: %s", file, strerror(errno));
+        fail("%s: cannot be written: %s", file, strerror(errno));
     }
     write_table(run, output, header);
     int failed = ferror(output) != 0;

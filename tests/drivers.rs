@@ -644,6 +644,52 @@ fn wrong_command_lines_and_properties() {
     }
 }
 
+#[test]
+fn wrong_options_are_told_in_the_same_words() {
+    let history = file("options.csv", "time,slip_1,pressure\n0,0,10\n");
+    let patch = file("options_patch.csv", "x,y,area,pressure\n0,0,1,10\n");
+    let motion = file("options_motion.csv", "time,displacement_1\n0,0\n");
+    let point = ["point", &history, "--props", "0.3,0.002"];
+    // The next option is no value, and no name of a file.
+    for (rest, words) in [
+        (&["--output", "--nstate"][..], "--output"),
+        (&["--nstate", "--output", "table.csv"], "--nstate"),
+        (&["--output", "--help"], "--output"),
+        (&["--output", ""], "--output"),
+        (&["--output"], "--output"),
+    ] {
+        let said = complaint(&[&point[..], rest].concat(), 2);
+        assert_eq!(said, format!("{words}: its value is missing\ntry --help"));
+    }
+    assert!(!Path::new("--nstate").exists());
+    let said = complaint(&["point", &history, "--props", "0.3, x"], 2);
+    assert!(
+        said.starts_with("--props: entry 2: 'x' is not a number"),
+        "{said}"
+    );
+    for option in ["--series", "--parallel"] {
+        let arguments = [
+            "patch",
+            &patch,
+            &motion,
+            "--props",
+            "0.3,0.002",
+            option,
+            "-1",
+        ];
+        let said = complaint(&arguments, 2);
+        assert!(
+            said.starts_with(&format!("{option}: must be positive, not -1")),
+            "{said}"
+        );
+    }
+    for driver in DRIVERS {
+        let output = run(driver, &[&point[..], &["--output", "tests"]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains("tests: cannot be written"), "{said}");
+    }
+}
+
 /// The table goes to the file that is named, and nowhere else.
 #[test]
 fn output_to_a_file() {
