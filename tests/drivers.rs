@@ -690,6 +690,106 @@ fn wrong_options_are_told_in_the_same_words() {
     }
 }
 
+/// Numbers that are finite, but not what follows from them: a message with the place, no table, and nobody dies of a trap.
+#[test]
+fn numbers_too_large_are_told_with_their_place() {
+    // What a driver finds itself: its sums and products.
+    let none = ":2: step 1: the result is not a finite number";
+    let stuck = ":2: step 1: no equilibrium: Newton does not converge";
+    for (name, patch, motion, options, words) in [
+        ("area", "0,0,1e308,100", "1e-3,0,0,1", &[][..], none),
+        // Infinite one way at one point, and the other way at the next.
+        (
+            "moment",
+            "0,1e308,1e10,100\n0,-1e308,1e10,100",
+            "1e-3,0,0,1",
+            &[],
+            none,
+        ),
+        (
+            "parallel",
+            "0,0,1,100",
+            "1e10,0,0,1",
+            &["--parallel", "1e308"],
+            none,
+        ),
+        (
+            "series",
+            "0,0,1,100",
+            "1e308,0,0,1",
+            &["--series", "1e308"],
+            stuck,
+        ),
+    ] {
+        let patch = file(
+            &format!("large_{name}_patch.csv"),
+            &format!("x,y,area,pressure\n{patch}\n"),
+        );
+        let history = file(
+            &format!("large_{name}.csv"),
+            &format!("time,displacement_1,displacement_2,rotation,pressure_scale\n1,{motion}\n"),
+        );
+        for method in ["0", "1", "2"] {
+            let props = format!("0.3,0.002,2.5,{method}");
+            let arguments = [&["patch", &patch, &history, "--props", &props], options].concat();
+            let said = complaint(&arguments, 1);
+            assert!(
+                said.starts_with(&format!("{history}{words}")),
+                "{name} {method}: {said}"
+            );
+        }
+    }
+    // What the library refuses, in the words of its two faces.
+    for (name, patch, history) in [
+        ("point_pressure", "", "time,slip_1,pressure\n1,1e-3,1e308\n"),
+        (
+            "pressure",
+            "0,0,1,100",
+            "time,displacement_1,pressure_scale\n1,1e-3,1e308\n",
+        ),
+        (
+            "turn",
+            "0,0,1,100",
+            "time,displacement_1,displacement_2,rotation\n0,0,0,-1e308\n1,0,0,1e308\n",
+        ),
+        (
+            "way",
+            "0,0,1,100",
+            "time,displacement_1\n0,-1e308\n1,1e308\n",
+        ),
+    ] {
+        let history = file(&format!("large_{name}.csv"), history);
+        let patch = file(
+            &format!("large_{name}_patch.csv"),
+            &format!("x,y,area,pressure\n{patch}\n"),
+        );
+        let files = match name {
+            "point_pressure" => vec!["point", &history],
+            _ => vec!["patch", &patch, &history],
+        };
+        for (driver, method) in DRIVERS.iter().flat_map(|d| [(d, "0"), (d, "1")]) {
+            let props = format!("0.3,0.002,2.5,{method}");
+            let output = run(driver, &[&files[..], &["--props", &props]].concat());
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(1), "{driver} {name}: {said}");
+            assert!(output.stdout.is_empty(), "{driver} {name}");
+            assert!(
+                said.contains(&format!("{driver}: {history}:")) && said.contains(": step "),
+                "{driver} {name}: {said}"
+            );
+        }
+    }
+    // Accepted, though a square on the way to it is infinite.
+    let history = file(
+        "large_accepted.csv",
+        "time,slip_1,slip_2,pressure\n1,-5e-3,-5e-3,30\n2,4e-3,0,1e200\n",
+    );
+    for driver in DRIVERS {
+        let arguments = ["point", &history, "--props", "0.3,0.002,2.5,2,1"];
+        assert_eq!(table(driver, &arguments).rows.len(), 2);
+    }
+}
+
 /// The table goes to the file that is named, and nowhere else.
 #[test]
 fn output_to_a_file() {
