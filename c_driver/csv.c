@@ -152,6 +152,11 @@ static size_t split(char *line, char **fields, size_t room) {
 }
 
 static void read_header(csv_table *table, char *line, long number) {
+    const char *other = strpbrk(line, ";\t");
+    if (other != NULL && strchr(line, ',') == NULL) {
+        fail("%s:%ld: the fields must be separated by commas, not by %s", table->file, number,
+             *other == ';' ? "semicolons" : "tabs");
+    }
     size_t most = strlen(line) + 1;
     table->header_line = number;
     table->names = allocate(most, sizeof *table->names);
@@ -232,15 +237,43 @@ int csv_has(const csv_table *table, const char *name) {
     return find(table, name, &column);
 }
 
+const char *csv_field(const csv_table *table, const char *name, size_t row) {
+    size_t column;
+    find(table, name, &column);
+    return table->fields[row * table->columns + column];
+}
+
+/* The names of all columns, or of those that were not asked for; to be freed by the caller. */
+static char *list_names(const csv_table *table, int all) {
+    size_t room = 1;
+    for (size_t i = 0; i < table->columns; i++) {
+        room += strlen(table->names[i]) + 64;
+    }
+    char *list = allocate(room, 1);
+    for (size_t i = 0; i < table->columns; i++) {
+        if (table->used[i] && !all) {
+            continue;
+        }
+        strcat(list, list[0] == '\0' ? "" : ", ");
+        if (table->names[i][0] == '\0') {
+            sprintf(list + strlen(list), "%lu (no name)", (unsigned long)i + 1);
+        } else {
+            strcat(list, table->names[i]);
+        }
+    }
+    return list;
+}
+
 double *csv_column(const csv_table *table, const char *name) {
     size_t column;
     if (!find(table, name, &column)) {
-        fail("%s:%ld: column %s: missing in the header", table->file, table->header_line, name);
+        fail("%s:%ld: column %s: missing in the header, which has %s", table->file, table->header_line, name,
+             list_names(table, 1));
     }
     table->used[column] = 1;
     double *values = allocate(table->rows, sizeof *values);
     for (size_t row = 0; row < table->rows; row++) {
-        const char *field = table->fields[row * table->columns + column];
+        const char *field = csv_field(table, name, row);
         const char *problem = read_number(field, &values[row]);
         if (problem != NULL) {
             free(values);
@@ -254,32 +287,16 @@ double *csv_time(const csv_table *table) {
     double *time = csv_column(table, "time");
     for (size_t row = 1; row < table->rows; row++) {
         if (time[row] < time[row - 1]) {
-            const double later = time[row], earlier = time[row - 1];
             free(time);
-            fail("%s:%ld: column time: %g comes after %g, time must not decrease", table->file, table->lines[row],
-                 later, earlier);
+            fail("%s:%ld: column time: %s comes after %s, time must not decrease", table->file, table->lines[row],
+                 csv_field(table, "time", row), csv_field(table, "time", row - 1));
         }
     }
     return time;
 }
 
 void csv_note_unused(const csv_table *table) {
-    size_t room = 1;
-    for (size_t i = 0; i < table->columns; i++) {
-        room += strlen(table->names[i]) + 64;
-    }
-    char *list = allocate(room, 1);
-    for (size_t i = 0; i < table->columns; i++) {
-        if (table->used[i]) {
-            continue;
-        }
-        strcat(list, list[0] == '\0' ? "" : ", ");
-        if (table->names[i][0] == '\0') {
-            sprintf(list + strlen(list), "%lu (no name)", (unsigned long)i + 1);
-        } else {
-            strcat(list, table->names[i]);
-        }
-    }
+    char *list = list_names(table, 0);
     if (list[0] != '\0') {
         note("%s:%ld: columns not used: %s", table->file, table->header_line, list);
     }

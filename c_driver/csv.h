@@ -29,6 +29,9 @@ int csv_has(const csv_table *table, const char *name);
  * not a finite number. */
 double *csv_column(const csv_table *table, const char *name);
 
+/* A field as it stands in the file, of a column that is there. */
+const char *csv_field(const csv_table *table, const char *name, size_t row);
+
 /* Like csv_column for `time`, which must not decrease. */
 double *csv_time(const csv_table *table);
 

@@ -12,12 +12,12 @@
 replay replay_begin(const options *given, int32_t ndir) {
     replay run = {.given = given, .ndir = ndir};
     run.lib = library_open(given->library);
-    run.nstate = run.lib.state_size(given->props, given->nprops, ndir);
-    if (run.nstate < 0) {
-        fail("--props: %s", run.lib.last_error());
-    }
-    if (given->nstate > 0) {
-        run.nstate = given->nstate;
+    run.nstate = given->nstate;
+    if (run.nstate == 0) {
+        run.nstate = run.lib.state_size(given->props, given->nprops, ndir);
+        if (run.nstate < 0) {
+            fail("--props: %s", run.lib.last_error());
+        }
     }
     int32_t status = run.lib.law_new(given->props, given->nprops, ndir, run.nstate, &run.law);
     if (status < 0) {
@@ -50,7 +50,7 @@ static void write_output(const replay *run, const char *header) {
     const char *file = run->given->output;
     FILE *output = file == NULL ? stdout : fopen(file, "w");
     if (output == NULL) {
-        fail("%s: %s", file, strerror(errno));
+        fail("%s: cannot be written: %s", file, strerror(errno));
     }
     write_table(run, output, header);
     int failed = ferror(output) != 0;

@@ -47,7 +47,7 @@ static double read_stiffness(const char *option, const char *text) {
         fail_usage("%s: '%s' %s", option, text, problem);
     }
     if (!(value > 0.0)) {
-        fail_usage("%s: the stiffness must be positive, not %s", option, text);
+        fail_usage("%s: must be positive, not %s", option, text);
     }
     return value;
 }
@@ -104,7 +104,7 @@ static void read_option(options *given, const char *name, const char *value, int
     if (seen[option]++) {
         fail_usage("%s: given twice", name);
     }
-    if (value == NULL) {
+    if (value == NULL || value[0] == '\0' || strncmp(value, "--", 2) == 0) { /* the next option is no value */
         fail_usage("%s: its value is missing", name);
     }
     switch (option) {

@@ -30,7 +30,7 @@ patch patch_read(const char *file, replay *run) {
     csv_note_unused(&p.table);
     for (size_t i = 0; i < p.table.rows; i++) {
         if (p.area[i] < 0.0) {
-            fail("%s:%ld: column area: %g is negative", file, p.table.lines[i], p.area[i]);
+            fail("%s:%ld: column area: %s is negative", file, p.table.lines[i], csv_field(&p.table, "area", i));
         }
     }
     size_t points = p.table.rows;

@@ -3,6 +3,7 @@
 
 #include "report.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -57,8 +58,9 @@ static motion motion_at(const patch_history *h, size_t row) {
     return m;
 }
 
-static void put_row(const patch *p, double time, int turns, int iterations) {
+static void put_row(const patch *p, double time, int turns, int iterations, const char *where) {
     replay *run = p->run;
+    size_t first = run->count;
     long count[CONTACT_KINDS];
     replay_put(run, time);
     for (int32_t a = 0; a < run->ndir; a++) {
@@ -83,6 +85,11 @@ static void put_row(const patch *p, double time, int turns, int iterations) {
         replay_put(run, (double)count[kind]);
     }
     replay_put(run, iterations);
+    for (size_t i = first; i < run->count; i++) {
+        if (!isfinite(run->values[i])) { /* a sum or product here: what the library gives is finite */
+            fail("%s: the result is not a finite number", where);
+        }
+    }
 }
 
 void replay_patch(const options *given) {
@@ -98,7 +105,7 @@ void replay_patch(const options *given) {
         snprintf(where, sizeof where, "%s:%ld: step %lu", history.table.file, history.table.lines[row],
                  (unsigned long)row + 1);
         int iterations = patch_advance(&p, &target, where);
-        put_row(&p, history.time[row], turns, iterations);
+        put_row(&p, history.time[row], turns, iterations, where);
     }
     patch_free(&p);
     char header[256];

@@ -58,6 +58,7 @@ contains
             "Exit code: 0 done, 1 bad input, 2 wrong command line."
     end subroutine
 
+    !> Argument number i; empty past the last.
     function argument(i) result(text)
         integer, intent(in) :: i
         character(:), allocatable :: text
@@ -84,8 +85,8 @@ contains
                 call print_help()
                 stop
             else if (index(word, "--") == 1) then
-                call check_option(word, i == command_argument_count(), seen)
                 i = i + 1
+                call check_option(word, argument(i), seen)
                 call read_option(given, word, argument(i))
             else if (count < 3) then
                 count = count + 1
@@ -130,14 +131,14 @@ contains
         end if
     end subroutine
 
-    subroutine check_option(name, is_last, seen)
-        character(*), intent(in) :: name
-        logical, intent(in) :: is_last
+    subroutine check_option(name, value, seen)
+        character(*), intent(in) :: name, value
         logical, intent(inout) :: seen(:)
         if (.not. any(known == name)) call fail_usage("unknown option " // name)
         if (any(seen .and. known == name)) call fail_usage(name // ": given twice")
         seen = seen .or. known == name
-        if (is_last) call fail_usage(name // ": its value is missing")
+        ! The next option is no value.
+        if (len(value) == 0 .or. index(value, "--") == 1) call fail_usage(name // ": its value is missing")
     end subroutine
 
     subroutine read_option(given, name, text)
@@ -183,7 +184,7 @@ contains
     function read_props(list) result(props)
         character(*), intent(in) :: list
         real(real64), allocatable :: props(:)
-        character(:), allocatable :: problem
+        character(:), allocatable :: entry, problem
         real(real64) :: value
         integer :: start, comma
 
@@ -193,10 +194,10 @@ contains
             comma = index(list(start:), ",")
             if (comma == 0) comma = len(list) - start + 2
             if (size(props) == max_props) call fail_usage("--props: more than " // whole(max_props) // " entries")
-            call read_number(trim(adjustl(list(start:start + comma - 2))), value, problem)
+            entry = trim(adjustl(list(start:start + comma - 2)))
+            call read_number(entry, value, problem)
             if (problem /= "") then
-                call fail_usage("--props: entry " // whole(size(props) + 1) // ": '" // &
-                    list(start:start + comma - 2) // "' " // problem)
+                call fail_usage("--props: entry " // whole(size(props) + 1) // ": '" // entry // "' " // problem)
             end if
             props = [props, value]
             start = start + comma

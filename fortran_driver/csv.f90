@@ -4,7 +4,7 @@
 !> may hold anything; note_unused tells of them.
 module csv
     use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor, real64
-    use replay_text, only: fail, note, read_number, short, whole, trimmed, text_line
+    use replay_text, only: fail, note, read_number, whole, trimmed, text_line
     implicit none
     private
     public :: csv_table, csv_read
@@ -21,10 +21,11 @@ module csv
         procedure :: has                               !< is there a column of this name?
         procedure :: column                            !< the numbers of a column
         procedure :: time                              !< the column `time`, which must not decrease
+        procedure :: field                             !< a field as it stands in the file
         procedure :: where_row                         !< "file:line" of a row
         procedure :: note_unused                       !< tells of columns that were not asked for
-        procedure :: require                           !< complains if a column is missing
-        procedure, private :: find
+        procedure :: header_place                      !< "file:line" of the header
+        procedure, private :: find, list_names
     end type
 
 contains
@@ -44,6 +45,7 @@ contains
             if (lines(i)%text(1:1) == "#") cycle
             if (table%header_line == 0) then
                 table%header_line = i
+                call check_separators(table, lines(i)%text)
                 call split(lines(i)%text, table%names)
                 call check_names(table)
                 allocate (table%used(size(table%names)), source=.false.)
@@ -55,7 +57,7 @@ contains
             end if
         end do
         if (table%header_line == 0) call fail(file // ":" // whole(max(count, 1)) // ": is empty: no header line")
-        if (table%rows == 0) call fail(file // ":" // whole(table%header_line) // ": has a header but no row below it")
+        if (table%rows == 0) call fail(table%header_place() // ": has a header but no row below it")
     end function
 
     !> The lines of a text file without the blanks at their ends; only the first `count` are filled.
@@ -72,6 +74,8 @@ contains
 
         inquire (file=file, exist=there)
         if (.not. there) call fail(file // ": No such file or directory")
+        inquire (file=file // "/.", exist=there) ! the runtime library would read a directory as an empty file
+        if (there) call fail(file // ": Is a directory")
         open (newunit=unit, file=file, action="read", status="old", iostat=status, iomsg=message)
         if (status /= 0) call fail(file // ": " // trim(message))
         allocate (lines(64))
@@ -138,13 +142,24 @@ contains
         end do
     end function
 
+    subroutine check_separators(table, header)
+        type(csv_table), intent(in) :: table
+        character(*), intent(in) :: header
+        integer :: at
+
+        at = scan(header, ";" // achar(9))
+        if (at == 0 .or. index(header, ",") > 0) return
+        call fail(table%header_place() // ": the fields must be separated by commas, not by " // &
+            trim(merge("semicolons", "tabs      ", header(at:at) == ";")))
+    end subroutine
+
     subroutine check_names(table)
         type(csv_table), intent(in) :: table
         integer :: i, k
         do i = 2, size(table%names)
             do k = 1, i - 1
                 if (table%names(i)%text /= "" .and. table%names(i)%text == table%names(k)%text) then
-                    call fail(table%file // ":" // whole(table%header_line) // ": column " // table%names(i)%text // &
+                    call fail(table%header_place() // ": column " // table%names(i)%text // &
                         ": appears twice in the header")
                 end if
             end do
@@ -189,33 +204,39 @@ contains
         has = table%find(name) > 0
     end function
 
-    subroutine require(table, name, reason)
+    function header_place(table) result(text)
+        class(csv_table), intent(in) :: table
+        character(:), allocatable :: text
+        text = table%file // ":" // whole(table%header_line)
+    end function
+
+    function field(table, name, row) result(text)
         class(csv_table), intent(in) :: table
         character(*), intent(in) :: name
-        character(*), intent(in) :: reason !< why it is needed, may be empty
-        if (.not. table%has(name)) then
-            call fail(table%file // ":" // whole(table%header_line) // ": column " // name // &
-                ": missing in the header" // reason)
-        end if
-    end subroutine
+        integer, intent(in) :: row
+        character(:), allocatable :: text
+        type(text_line), allocatable :: fields(:)
+        call split(table%content(row)%text, fields)
+        text = fields(table%find(name))%text
+    end function
 
     !> The numbers of a column; ends the program if it is missing or if a field is not a finite number.
     function column(table, name) result(values)
         class(csv_table), intent(inout) :: table
         character(*), intent(in) :: name
         real(real64) :: values(table%rows)
-        type(text_line), allocatable :: fields(:)
         character(:), allocatable :: problem
-        integer :: row, k
+        integer :: row
 
-        call table%require(name, "")
-        k = table%find(name)
-        table%used(k) = .true.
+        if (.not. table%has(name)) then
+            call fail(table%header_place() // ": column " // name // ": missing in the header, which has " // &
+                table%list_names(all=.true.))
+        end if
+        table%used(table%find(name)) = .true.
         do row = 1, table%rows
-            call split(table%content(row)%text, fields)
-            call read_number(fields(k)%text, values(row), problem)
+            call read_number(table%field(name, row), values(row), problem)
             if (problem /= "") then
-                call fail(table%where_row(row) // ": column " // name // ": '" // fields(k)%text // "' " // problem)
+                call fail(table%where_row(row) // ": column " // name // ": '" // table%field(name, row) // "' " // problem)
             end if
         end do
     end function
@@ -225,11 +246,21 @@ contains
     subroutine note_unused(table)
         class(csv_table), intent(in) :: table
         character(:), allocatable :: list
+
+        list = table%list_names(all=.false.)
+        if (list /= "") call note(table%header_place() // ": columns not used: " // list)
+    end subroutine
+
+    !> The names of all columns, or of those that were not asked for.
+    function list_names(table, all) result(list)
+        class(csv_table), intent(in) :: table
+        logical, intent(in) :: all
+        character(:), allocatable :: list
         integer :: i
 
         list = ""
         do i = 1, size(table%names)
-            if (table%used(i)) cycle
+            if (table%used(i) .and. .not. all) cycle
             if (list /= "") list = list // ", "
             if (table%names(i)%text == "") then
                 list = list // whole(i) // " (no name)"
@@ -237,8 +268,7 @@ contains
                 list = list // table%names(i)%text
             end if
         end do
-        if (list /= "") call note(table%file // ":" // whole(table%header_line) // ": columns not used: " // list)
-    end subroutine
+    end function
 
     function time(table) result(values)
         class(csv_table), intent(inout) :: table
@@ -248,8 +278,8 @@ contains
         values = table%column("time")
         do row = 2, table%rows
             if (values(row) < values(row - 1)) then
-                call fail(table%where_row(row) // ": column time: " // short(values(row)) // " comes after " // &
-                    short(values(row - 1)) // ", time must not decrease")
+                call fail(table%where_row(row) // ": column time: " // table%field("time", row) // " comes after " // &
+                    table%field("time", row - 1) // ", time must not decrease")
             end if
         end do
     end function

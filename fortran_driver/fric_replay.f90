@@ -2,6 +2,8 @@
 program fric_replay
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
     use, intrinsic :: iso_fortran_env, only: int32, real64
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+    use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_usual
     use command_line, only: options, read_options
     use csv, only: csv_table, csv_read
     use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status, &
@@ -32,12 +34,16 @@ program fric_replay
 
     type(options) :: given
 
+    ! No trap: numbers that are too large must end in a message, but the routine raises exceptions when it refuses them, and
+    ! so do sums of them here. Whether a call that is not refused raises any, friction_host sees to.
+    call ieee_set_halting_mode(ieee_usual, .false.)
     given = read_options()
     if (allocated(given%patch)) then
         call replay_patch(given)
     else
         call replay_point(given)
     end if
+    stop, quiet=.true. ! to return from the program would set the trap again, with what was raised until then
 
 contains
 
@@ -48,7 +54,7 @@ contains
         type(friction_model) :: model
         type(contact_point) :: now, next
         type(step_info) :: step
-        real(real64), allocatable :: time(:), slip(:, :), pressure(:)
+        real(real64), allocatable :: time(:), slip(:, :), pressure(:), results(:)
         real(real64) :: increment(2), tangent(2, 2), stored, dissipated, total
         type(text_line), allocatable :: table(:)
         integer :: row, n
@@ -77,8 +83,10 @@ contains
             call respond(model, step, now, increment, pressure(row), next, tangent, stored, dissipated)
             now = next ! the step is accepted
             total = total + dissipated
-            table(row)%text = number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // &
-                numbers(now%tau(:n)) // numbers([stored, total]) // "," // whole(contact_status(now))
+            results = [now%tau(:n), stored, total]
+            call check_finite(results, step)
+            table(row)%text = number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // numbers(results) // &
+                "," // whole(contact_status(now))
         end do
         call write_output(given, table)
     end subroutine
@@ -90,7 +98,7 @@ contains
         type(patch) :: p
         type(step_info) :: step
         type(motion), allocatable :: motions(:)
-        real(real64), allocatable :: time(:)
+        real(real64), allocatable :: time(:), results(:)
         type(text_line), allocatable :: table(:)
         character(:), allocatable :: line
         logical :: turns
@@ -112,11 +120,13 @@ contains
         do row = 1, history%rows
             step = step_at(history, time, row)
             call p%advance(motions(row), step, iterations)
+            results = [p%slip(:n), p%force(:n) + given%parallel * p%at%displacement(:n)]
+            if (turns) results = [results, p%moment]
+            results = [results, p%stored, p%dissipated]
+            call check_finite(results, step)
             line = number(time(row)) // numbers(p%at%displacement(:n))
             if (turns) line = line // numbers([p%at%rotation])
-            line = line // numbers(p%slip(:n)) // numbers(p%force(:n) + given%parallel * p%at%displacement(:n))
-            if (turns) line = line // numbers([p%moment])
-            table(row)%text = line // numbers([p%stored, p%dissipated]) // wholes(p%counts()) // "," // whole(iterations)
+            table(row)%text = line // numbers(results) // wholes(p%counts()) // "," // whole(iterations)
         end do
         call write_output(given, table)
     end subroutine
@@ -130,7 +140,10 @@ contains
         motions%displacement(1) = history%column("displacement_1")
         if (history%has("displacement_2")) motions%displacement(2) = history%column("displacement_2")
         if (history%has("rotation")) then
-            call history%require("displacement_2", ", rotation needs two directions")
+            if (.not. history%has("displacement_2")) then
+                call fail(history%header_place() // &
+                    ": column displacement_2: missing in the header, rotation needs two directions")
+            end if
             motions%rotation = history%column("rotation")
         end if
         motions%pressure_scale = 1
@@ -173,6 +186,13 @@ contains
         step%dtime = time(row) - time(max(row - 1, 1))
         step%place = history%where_row(row) // ": step " // whole(row)
     end function
+
+    !> Ends the program if a sum or product of the step's finite numbers is none.
+    subroutine check_finite(results, step)
+        real(real64), intent(in) :: results(:)
+        type(step_info), intent(in) :: step
+        if (.not. all(ieee_is_finite(results))) call fail(step%place // ": the result is not a finite number")
+    end subroutine
 
     !> ",name_1" or ",name_1,name_2".
     function names(name, n) result(text)

@@ -7,6 +7,8 @@
 !> - LM goes in as it came out.
 module friction_host
     use, intrinsic :: iso_fortran_env, only: int32, real64
+    use, intrinsic :: ieee_exceptions, only: ieee_flag_type, ieee_get_flag, ieee_set_flag, ieee_divide_by_zero, &
+        ieee_invalid
     use mepc, only: fric, mepc_contact_open
     use replay_text, only: fail, whole
     implicit none
@@ -293,7 +295,8 @@ contains
     end function
 
     !> Calls the routine as the FE program does, with all its arguments. `args` holds LM, DGAM and TAULM going in, DDTDDG and
-    !> SFD coming out; `next` is the point afterwards, with the LM that came out.
+    !> SFD coming out; `next` is the point afterwards, with the LM that came out. Hosts trap the watched exceptions: a call that
+    !> is not refused must raise none.
     subroutine call_fric(model, step, now, pressure, args, next)
         type(friction_model), intent(in) :: model
         type(step_info), intent(in) :: step
@@ -305,6 +308,8 @@ contains
         character(80), parameter :: ciname = "REPLAY", slname = "SLAVE", msname = "MASTER"
         real(real64) :: ddtddg(model%ndir, model%ndir), ddtddp(model%ndir), dslip(model%ndir), ddtddt(model%ndir, 2)
         real(real64) :: temp(2), predef(2, npred), drot(2, 2), ddpddh, sfd, pnewdt
+        type(ieee_flag_type), parameter :: watched(2) = [ieee_divide_by_zero, ieee_invalid]
+        logical :: raised(size(watched))
 
         next = now
         next%lm = args%lm
@@ -319,6 +324,7 @@ contains
         pnewdt = 1
         ddpddh = 0           ! the pressure is prescribed here, no contact stiffness makes it
         drot = identity()    ! small motions: the slip directions stay
+        call ieee_set_flag(watched, .false.)
         call fric(next%lm, next%tau, ddtddg, ddtddp, dslip, next%sed, sfd, ddtddt, pnewdt, next%statev, args%dgam, &
             args%taulm, pressure, pressure - now%pressure, ddpddh, now%slip, kstep, step%increment, &
             [step%time, step%time], step%dtime, surface, ciname, slname, msname, now%number, now%number, now%number, &
@@ -327,6 +333,11 @@ contains
         if (pnewdt < 1) then
             call fail(step%place // ": point " // whole(int(now%number)) // &
                 ": the friction routine refuses the increment (PNEWDT < 1), its message is above")
+        end if
+        call ieee_get_flag(watched, raised)
+        if (any(raised)) then
+            call fail(step%place // ": point " // whole(int(now%number)) // &
+                ": the friction routine raises a floating-point exception")
         end if
         next%slip(:model%ndir) = now%slip(:model%ndir) + dslip
         args%ddtddg = 0

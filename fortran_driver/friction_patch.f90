@@ -11,7 +11,7 @@ module friction_patch
     use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, &
         contact_status
     use mepc, only: mepc_contact_open, mepc_contact_gross_slip
-    use replay_text, only: fail, short, whole
+    use replay_text, only: fail, whole
     implicit none
     private
     public :: patch, motion, new_patch
@@ -76,7 +76,7 @@ contains
         allocate (p%now(table%rows))
         do i = 1, table%rows
             if (p%area(i) < 0) then
-                call fail(table%where_row(i) // ": column area: " // short(p%area(i)) // " is negative")
+                call fail(table%where_row(i) // ": column area: " // table%field("area", i) // " is negative")
             end if
             p%now(i) = virgin_point(model, i, p%x(i), p%y(i))
         end do

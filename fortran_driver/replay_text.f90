@@ -5,7 +5,7 @@ module replay_text
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     implicit none
     private
-    public :: fail, fail_usage, note, read_number, number, short, whole, trimmed, text_line
+    public :: fail, fail_usage, note, read_number, number, whole, trimmed, text_line
 
     character(*), parameter :: program_name = "fric_replay"
 
@@ -148,15 +148,6 @@ contains
         character(:), allocatable :: text
         character(24) :: buffer
         write (buffer, "(es24.16e3)") value
-        text = trimmed(buffer)
-    end function
-
-    !> A number for messages.
-    function short(value) result(text)
-        real(real64), intent(in) :: value
-        character(:), allocatable :: text
-        character(24) :: buffer
-        write (buffer, "(g0.6)") value
         text = trimmed(buffer)
     end function
 

@@ -375,7 +375,7 @@ fn characteristic_length_in_the_fortran_driver() {
     }
 }
 
-/// What a driver says to a wrong file, without its own name: both say the same.
+/// What a driver says to a wrong file or command line, without its own name: both say the same.
 fn complaint(arguments: &[&str], code: i32) -> String {
     let said = DRIVERS.map(|driver| {
         let output = run(driver, arguments);
@@ -386,11 +386,9 @@ fn complaint(arguments: &[&str], code: i32) -> String {
             "{driver} {arguments:?}: {text}"
         );
         assert!(output.stdout.is_empty(), "{driver}: no half tables");
-        let text = text
-            .strip_prefix(&format!("{driver}: "))
-            .unwrap_or_else(|| panic!("{driver}: {text}"));
-        // Fortran prints the zeros of a number that C leaves out.
-        text.trim_end().replace(".00000", "")
+        assert!(text.starts_with(&format!("{driver}: ")), "{text}");
+        let text = text.replace(&format!("{driver}: "), "");
+        text.trim_end().to_string()
     });
     assert_eq!(said[0], said[1]);
     said[0].clone()
@@ -402,8 +400,24 @@ fn wrong_point_histories_are_refused_with_file_line_and_column() {
     let cases = [
         (
             "missing_column",
-            "time,slip_1\n0,0\n".to_string(),
-            ":1: column pressure: missing",
+            "time,slip_1,\n0,0,1\n".to_string(),
+            ":1: column pressure: missing in the header, which has time, slip_1, 3 (no name)",
+        ),
+        (
+            "quoted",
+            "\"time\",\"slip_1\",\"pressure\"\n0,0,10\n".to_string(),
+            ":1: column time: missing in the header, which has \"time\", \"slip_1\", \"pressure\"",
+        ),
+        // The commas of the row are decimal ones.
+        (
+            "semicolons",
+            "time;slip_1;pressure\n0;0,5;10\n".to_string(),
+            ":1: the fields must be separated by commas, not by semicolons",
+        ),
+        (
+            "tabs",
+            "# a\ntime\tslip_1\tpressure\n0\t0\t10\n".to_string(),
+            ":2: the fields must be separated by commas, not by tabs",
         ),
         (
             "text",
@@ -467,8 +481,8 @@ fn wrong_point_histories_are_refused_with_file_line_and_column() {
         ),
         (
             "backwards",
-            format!("{header}1,0,10\n0,0,10\n"),
-            ":3: column time: 0 comes after 1, time must not decrease",
+            format!("{header}1e3,0,10\n0.50,0,10\n"),
+            ":3: column time: 0.50 comes after 1e3, time must not decrease",
         ),
         ("empty", String::new(), ":1: is empty"),
         ("comments_only", "# nothing\n\n".to_string(), ": is empty"),
@@ -484,6 +498,8 @@ fn wrong_point_histories_are_refused_with_file_line_and_column() {
     }
     let absent = format!("{}/absent.csv", env!("CARGO_TARGET_TMPDIR"));
     assert!(complaint(&["point", &absent, "--props", "0.3,0.002"], 1).contains("absent.csv: "));
+    let directory = complaint(&["point", "tests", "--props", "0.3,0.002"], 1);
+    assert_eq!(directory, "tests: Is a directory");
 }
 
 #[test]
@@ -503,8 +519,8 @@ fn wrong_patches_are_refused_with_file_line_and_column() {
         ),
         (
             "negative_area",
-            "x,y,area,pressure\n0,0,-1,10\n",
-            ":2: column area: -1 is negative",
+            "x,y,area,pressure\n0,0,-1.50,10\n",
+            ":2: column area: -1.50 is negative",
         ),
         (
             "no_points",
@@ -625,6 +641,152 @@ fn wrong_command_lines_and_properties() {
         let help = run(driver, &["--help"]);
         assert!(help.status.success() && help.stderr.is_empty());
         assert!(String::from_utf8_lossy(&help.stdout).contains("--props"));
+    }
+}
+
+#[test]
+fn wrong_options_are_told_in_the_same_words() {
+    let history = file("options.csv", "time,slip_1,pressure\n0,0,10\n");
+    let patch = file("options_patch.csv", "x,y,area,pressure\n0,0,1,10\n");
+    let motion = file("options_motion.csv", "time,displacement_1\n0,0\n");
+    let point = ["point", &history, "--props", "0.3,0.002"];
+    // The next option is no value, and no name of a file.
+    for (rest, words) in [
+        (&["--output", "--nstate"][..], "--output"),
+        (&["--nstate", "--output", "table.csv"], "--nstate"),
+        (&["--output", "--help"], "--output"),
+        (&["--output", ""], "--output"),
+        (&["--output"], "--output"),
+    ] {
+        let said = complaint(&[&point[..], rest].concat(), 2);
+        assert_eq!(said, format!("{words}: its value is missing\ntry --help"));
+    }
+    assert!(!Path::new("--nstate").exists());
+    let said = complaint(&["point", &history, "--props", "0.3, x"], 2);
+    assert!(
+        said.starts_with("--props: entry 2: 'x' is not a number"),
+        "{said}"
+    );
+    for option in ["--series", "--parallel"] {
+        let arguments = [
+            "patch",
+            &patch,
+            &motion,
+            "--props",
+            "0.3,0.002",
+            option,
+            "-1",
+        ];
+        let said = complaint(&arguments, 2);
+        assert!(
+            said.starts_with(&format!("{option}: must be positive, not -1")),
+            "{said}"
+        );
+    }
+    for driver in DRIVERS {
+        let output = run(driver, &[&point[..], &["--output", "tests"]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains("tests: cannot be written"), "{said}");
+    }
+}
+
+/// Numbers that are finite, but not what follows from them: a message with the place, no table, and nobody dies of a trap.
+#[test]
+fn numbers_too_large_are_told_with_their_place() {
+    // What a driver finds itself: its sums and products.
+    let none = ":2: step 1: the result is not a finite number";
+    let stuck = ":2: step 1: no equilibrium: Newton does not converge";
+    for (name, patch, motion, options, words) in [
+        ("area", "0,0,1e308,100", "1e-3,0,0,1", &[][..], none),
+        // Infinite one way at one point, and the other way at the next.
+        (
+            "moment",
+            "0,1e308,1e10,100\n0,-1e308,1e10,100",
+            "1e-3,0,0,1",
+            &[],
+            none,
+        ),
+        (
+            "parallel",
+            "0,0,1,100",
+            "1e10,0,0,1",
+            &["--parallel", "1e308"],
+            none,
+        ),
+        (
+            "series",
+            "0,0,1,100",
+            "1e308,0,0,1",
+            &["--series", "1e308"],
+            stuck,
+        ),
+    ] {
+        let patch = file(
+            &format!("large_{name}_patch.csv"),
+            &format!("x,y,area,pressure\n{patch}\n"),
+        );
+        let history = file(
+            &format!("large_{name}.csv"),
+            &format!("time,displacement_1,displacement_2,rotation,pressure_scale\n1,{motion}\n"),
+        );
+        for method in ["0", "1", "2"] {
+            let props = format!("0.3,0.002,2.5,{method}");
+            let arguments = [&["patch", &patch, &history, "--props", &props], options].concat();
+            let said = complaint(&arguments, 1);
+            assert!(
+                said.starts_with(&format!("{history}{words}")),
+                "{name} {method}: {said}"
+            );
+        }
+    }
+    // What the library refuses, in the words of its two faces.
+    for (name, patch, history) in [
+        ("point_pressure", "", "time,slip_1,pressure\n1,1e-3,1e308\n"),
+        (
+            "pressure",
+            "0,0,1,100",
+            "time,displacement_1,pressure_scale\n1,1e-3,1e308\n",
+        ),
+        (
+            "turn",
+            "0,0,1,100",
+            "time,displacement_1,displacement_2,rotation\n0,0,0,-1e308\n1,0,0,1e308\n",
+        ),
+        (
+            "way",
+            "0,0,1,100",
+            "time,displacement_1\n0,-1e308\n1,1e308\n",
+        ),
+    ] {
+        let history = file(&format!("large_{name}.csv"), history);
+        let patch = file(
+            &format!("large_{name}_patch.csv"),
+            &format!("x,y,area,pressure\n{patch}\n"),
+        );
+        let files = match name {
+            "point_pressure" => vec!["point", &history],
+            _ => vec!["patch", &patch, &history],
+        };
+        for (driver, method) in DRIVERS.iter().flat_map(|d| [(d, "0"), (d, "1")]) {
+            let props = format!("0.3,0.002,2.5,{method}");
+            let output = run(driver, &[&files[..], &["--props", &props]].concat());
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(1), "{driver} {name}: {said}");
+            assert!(output.stdout.is_empty(), "{driver} {name}");
+            assert!(
+                said.contains(&format!("{driver}: {history}:")) && said.contains(": step "),
+                "{driver} {name}: {said}"
+            );
+        }
+    }
+    // Accepted, though a square on the way to it is infinite.
+    let history = file(
+        "large_accepted.csv",
+        "time,slip_1,slip_2,pressure\n1,-5e-3,-5e-3,30\n2,4e-3,0,1e200\n",
+    );
+    for driver in DRIVERS {
+        let arguments = ["point", &history, "--props", "0.3,0.002,2.5,2,1"];
+        assert_eq!(table(driver, &arguments).rows.len(), 2);
     }
 }
 
