@@ -542,6 +542,138 @@ fn calibration_gives_the_law_back() {
     assert!(run.output.contains("fits as well as any"));
 }
 
+/// A noisy loop of a contact of 0.3, 2.68 um, 2.5 behind 178 kN/mm, in a file named after its preload.
+fn write_sprung(tool: &Tool, preload: &str, seed: u64) -> String {
+    let file = format!("p{preload}.csv");
+    tool.ok(&[
+        "loop",
+        "--props",
+        "0.3,0.00268,2.5",
+        "--series",
+        "178e3",
+        "--parallel",
+        "3.3e3",
+        "--amplitude",
+        "0.02",
+        "--noise",
+        "0.01",
+        "--preload",
+        preload,
+        "--seed",
+        &seed.to_string(),
+        "--output",
+        &file,
+    ]);
+    file
+}
+
+/// The command line that calibrates such loops.
+fn calibrate<'a>(files: &'a [String], preloads: &[&'a str]) -> Vec<&'a str> {
+    let mut arguments = vec!["calibrate", "--area", "361.52"];
+    arguments.extend(files.iter().map(String::as_str));
+    arguments.extend(preloads.iter().flat_map(|p| ["--preload", p]));
+    arguments
+}
+
+/// The standard errors are the scatter over many loops, and the intervals hold the truth as often as they say.
+#[test]
+fn calibration_knows_its_errors() {
+    const RUNS: u64 = 40;
+    for preloads in [&["900"][..], &["900", "1100"], &["300", "700", "1100"]] {
+        let mut found: [Vec<[f64; 2]>; 3] = Default::default();
+        for run in 0..RUNS {
+            let tool = Tool::new();
+            let files: Vec<String> = (0..)
+                .zip(preloads)
+                .map(|(k, preload)| write_sprung(&tool, preload, 10 * run + k))
+                .collect();
+            let json = tool.json(&[&calibrate(&files, preloads)[..], &["--json"]].concat());
+            let errors = &json["standard_errors"];
+            // 1/K_e is what is estimated.
+            let series = number(&json, "K_e");
+            for (all, one) in found.iter_mut().zip([
+                [number(&json, "mu"), number(errors, "mu")],
+                [number(&json, "gcr"), number(errors, "gcr")],
+                [1.0 / series, number(errors, "K_e") / series.powi(2)],
+            ]) {
+                all.push(one);
+            }
+        }
+        let runs = RUNS as f64;
+        for (name, truth, values) in [
+            ("mu", 0.3, &found[0]),
+            ("gcr", 0.00268, &found[1]),
+            ("1/K_e", 1.0 / 178e3, &found[2]),
+        ] {
+            let mean = |of: &dyn Fn(&[f64; 2]) -> f64| values.iter().map(of).sum::<f64>() / runs;
+            let scatter = mean(&|v| (v[0] - truth).powi(2)).sqrt();
+            let error = mean(&|v| v[1]);
+            let held = mean(&|v| f64::from(u8::from((v[0] - truth).abs() < 1.96 * v[1])));
+            println!("{preloads:?} {name}: scatter {scatter:.3e}, error {error:.3e}, {held:.2}");
+            // Three standard deviations of the scatter of 40, and of a share of 95 %.
+            assert!((0.67..1.5).contains(&(error / scatter)), "{name}");
+            assert!(held > 0.85, "{name} {held}");
+        }
+    }
+}
+
+/// Loops that do not separate gcr and K_e are refused; what is ill-determined, or of another exponent, is said.
+#[test]
+fn calibration_refuses_and_warns() {
+    let tool = Tool::new();
+    let same = [write_sprung(&tool, "900", 1), "same.csv".to_string()];
+    tool.write("same.csv", &tool.read(&same[0]));
+    let other = ["p900.csv".to_string(), "other.csv".to_string()];
+    write_sprung(&tool, "900", 2);
+    std::fs::rename(tool.path("p900.csv"), tool.path("other.csv")).expect("renamed");
+    write_sprung(&tool, "900", 1);
+    for files in [&same, &other] {
+        for json in [&[][..], &["--json"]] {
+            let run = tool.run(&[&calibrate(files, &["900", "1100"])[..], json].concat());
+            assert_eq!(run.code, 1);
+            for words in ["do not separate", "900, 1100 N", "F_s = 2"] {
+                assert!(run.errors.contains(words), "{words}: {}", run.errors);
+            }
+            assert!(!run.errors.contains("NaN"), "{}", run.errors);
+            assert!(run.output.is_empty(), "{}", run.output);
+        }
+    }
+
+    let preloads = ["300", "700", "1100"];
+    let files = preloads.map(|preload| write_sprung(&tool, preload, 5));
+    let run = tool.run(&calibrate(&files, &preloads));
+    assert_eq!((run.code, run.errors.as_str()), (0, ""));
+    assert!(run.output.contains("Next: mepc deck"));
+    let run = tool.run(&[&calibrate(&files, &preloads)[..], &["--chi", "4"]].concat());
+    assert!(run.errors.contains("chi = 4 fits worse"), "{}", run.errors);
+
+    // Two preloads leave K_e to within 11 % or so.
+    let run = tool.run(&calibrate(&files[1..], &preloads[1..]));
+    assert_eq!(run.errors, "");
+    let near = [write_sprung(&tool, "900", 3), files[2].clone()];
+    let run = tool.run(&calibrate(&near, &["900", "1100"]));
+    assert!(
+        run.errors.contains("K_e is ill-determined"),
+        "{}",
+        run.errors
+    );
+
+    // Without gross slip there is a table to look at, but no next step.
+    tool.ok(&[
+        "loop",
+        "--iwan",
+        JOINT,
+        "--amplitude",
+        "0.003",
+        "--output",
+        "small.csv",
+    ]);
+    let small = ["small.csv".to_string()];
+    let run = tool.run(&calibrate(&small, &["900"]));
+    assert_eq!(run.code, 3);
+    assert!(!run.output.contains("Next:"), "{}", run.output);
+}
+
 /// The paper's Tables 2 and 3 together read as gcr = 2.68 um behind 178 kN/mm: its X_s over its F_s. The law has another shape
 /// than the four-parameter model, so that its own X_s is a little larger.
 #[test]
