@@ -255,7 +255,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             cycle.amplitude
         );
     }
-    let mut random = fastrand::Rng::with_seed(arguments.seed);
+    // Streams of neighbouring seeds go together; those of what they give first do not.
+    let mut random = fastrand::Rng::with_seed(arguments.seed).fork();
     let mut text = String::from("amplitude,displacement,force\n");
     for cycle in &cycles {
         let deviation = arguments.noise * cycle.peak();

@@ -674,6 +674,45 @@ fn calibration_refuses_and_warns() {
     assert!(!run.output.contains("Next:"), "{}", run.output);
 }
 
+/// Neighbouring seeds give noise that has nothing in common.
+#[test]
+fn noise_of_neighbouring_seeds_is_independent() {
+    let tool = Tool::new();
+    let noise = |seed: &str| -> Vec<f64> {
+        let force = |noise: &str| -> Vec<f64> {
+            tool.ok(&[
+                "loop",
+                "--iwan",
+                JOINT,
+                "--amplitude",
+                "0.02",
+                "--points",
+                "2000",
+                "--noise",
+                noise,
+                "--seed",
+                seed,
+                "--output",
+                "n.csv",
+            ]);
+            csv(&tool.read("n.csv"))
+                .iter()
+                .map(|row| row["force"])
+                .collect()
+        };
+        let pairs = force("0.01").into_iter().zip(force("0"));
+        pairs.map(|(noisy, clean)| noisy - clean).collect()
+    };
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let all = ["1", "2", "3", "4"].map(noise);
+    for (k, a) in all.iter().enumerate() {
+        for b in &all[..k] {
+            let correlation = product(a, b) / (product(a, a) * product(b, b)).sqrt();
+            assert!(correlation.abs() < 0.08, "{correlation}");
+        }
+    }
+}
+
 /// The paper's Tables 2 and 3 together read as gcr = 2.68 um behind 178 kN/mm: its X_s over its F_s. The law has another shape
 /// than the four-parameter model, so that its own X_s is a little larger.
 #[test]
