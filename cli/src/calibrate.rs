@@ -4,7 +4,7 @@ mod sprung;
 
 use crate::identify::Columns;
 use crate::numbers::{self, exact, short};
-use crate::{Outcome, print, say};
+use crate::{Outcome, print, say, wrong_use};
 use anyhow::{Result, anyhow, bail};
 use mepc::iwan::{Fit, Record, Warning};
 use serde_json::{Value, json};
@@ -83,11 +83,11 @@ struct Case {
 /// Bad input.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.files.len() != arguments.preload.len() {
-        bail!(
+        return Err(wrong_use(format!(
             "--preload: {} loops and {} preloads, one is needed for each",
             arguments.files.len(),
             arguments.preload.len()
-        );
+        )));
     }
     let cases: Vec<Case> = arguments
         .files

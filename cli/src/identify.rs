@@ -2,7 +2,7 @@
 
 use crate::numbers::{self, exact, short};
 use crate::table::Table;
-use crate::{Outcome, check_output, print, say, write};
+use crate::{Outcome, check_outputs, print, say, write};
 use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
     method: Method,
     /// The paper's procedure: the data leave the residual line where they are away from it by this part of F_s.
-    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE, value_parser = numbers::argument)]
+    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE, value_parser = part)]
     tolerance: f64,
     /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones.
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 20..=100_000))]
@@ -50,6 +50,15 @@ pub struct Arguments {
     /// Draw data, fit and residuals into this SVG file.
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    let part = numbers::argument(text)?;
+    if part > 0.0 && part < 1.0 {
+        Ok(part)
+    } else {
+        Err(format!("{text} is not above 0 and below 1"))
+    }
 }
 
 /// How the parameters are found.
@@ -143,9 +152,8 @@ impl Columns {
 /// Bad input, or a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let file = arguments.file.display().to_string();
-    check_output(
-        "--picture",
-        arguments.picture.as_deref(),
+    check_outputs(
+        &[("--picture", arguments.picture.as_deref())],
         &[&arguments.file],
     )?;
     let record = arguments.columns.read(&arguments.file)?;

@@ -3,7 +3,7 @@
 use crate::identify::csv_line;
 use crate::numbers::{self, exact, short};
 use crate::replay::{Motion, Patch, Points, Springs};
-use crate::{Outcome, print, props, write};
+use crate::{Outcome, check_outputs, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
 use mepc::backbone::{Backbone, Choice};
@@ -28,9 +28,8 @@ Examples:
 #[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
 pub struct Arguments {
     /// The joint as a whole.
-    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = numbers::argument)]
-    iwan: Option<Vec<f64>>,
+    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", allow_hyphen_values = true, value_parser = joint)]
+    iwan: Option<Iwan>,
     #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
         allow_hyphen_values = true, value_parser = props::entry, help = props::HELP, requires = "preload")]
     props: Option<Vec<f64>>,
@@ -54,7 +53,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1000))]
     cycles: u32,
     /// Normal noise on the force, standard deviation as a part of the peak force.
-    #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = numbers::argument)]
+    #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = noise)]
     noise: f64,
     /// Seed of the noise.
     #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u64>(text, 0..=u64::MAX))]
@@ -68,6 +67,26 @@ pub struct Arguments {
     /// Draw energy and damping against amplitude into this SVG file.
     #[arg(long, value_name = "FILE.svg")]
     energy_picture: Option<PathBuf>,
+}
+
+fn joint(text: &str) -> Result<Iwan, String> {
+    let values: Vec<f64> = text
+        .split(',')
+        .map(numbers::argument)
+        .collect::<Result<_, _>>()?;
+    let parameters: [f64; 4] = values.try_into().map_err(|values: Vec<f64>| {
+        format!("{} numbers, F_s,X_s,k_alpha,kappa are four", values.len())
+    })?;
+    Iwan::new(parameters).map_err(|error| error.message)
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    let noise = numbers::argument(text)?;
+    if (0.0..=10.0).contains(&noise) {
+        Ok(noise)
+    } else {
+        Err(format!("{text} is not from 0 to 10"))
+    }
 }
 
 /// A steady loop: the points of loading, then of unloading, and the two energies.
@@ -86,8 +105,11 @@ impl Cycle {
             .fold(0.0, |most: f64, p| most.max(p[1].abs()))
     }
 
-    /// Equivalent damping ratio, the energy per cycle being one of the two.
+    /// Equivalent damping ratio, the energy per cycle being one of the two; none without a force.
     fn damping(&self, energy: f64) -> f64 {
+        if energy == 0.0 {
+            return 0.0;
+        }
         energy / (TAU * self.amplitude * self.peak())
     }
 }
@@ -105,17 +127,8 @@ enum Model {
 
 impl Model {
     fn new(arguments: &Arguments) -> Result<Self> {
-        if let Some(parameters) = &arguments.iwan {
-            let [force, displacement, residual, kappa] = parameters[..] else {
-                bail!(
-                    "--iwan: {} numbers, F_s,X_s,k_alpha,kappa are four",
-                    parameters.len()
-                );
-            };
-            let joint = Iwan::new([force, displacement, residual, kappa]);
-            return Ok(Model::Joint(
-                joint.map_err(|error| anyhow!("--iwan: {error}"))?,
-            ));
+        if let Some(joint) = arguments.iwan {
+            return Ok(Model::Joint(joint));
         }
         let (Some(props), Some(preload)) = (&arguments.props, arguments.preload) else {
             bail!("--props needs --preload");
@@ -236,9 +249,14 @@ fn area(points: &[[f64; 2]]) -> f64 {
 /// # Errors
 /// Bad parameters, or files that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    if !(0.0..=10.0).contains(&arguments.noise) {
-        bail!("--noise: {} is not from 0 to 10", arguments.noise);
-    }
+    check_outputs(
+        &[
+            ("--output", arguments.output.as_deref()),
+            ("--picture", arguments.picture.as_deref()),
+            ("--energy-picture", arguments.energy_picture.as_deref()),
+        ],
+        &[],
+    )?;
     let model = Model::new(arguments)?;
     let cycles: Vec<Cycle> = arguments
         .amplitude

@@ -85,6 +85,8 @@ fn noisy_cycles_other_names_and_units() {
         "3",
         "--noise",
         "0.01",
+        "--seed",
+        "2",
         "--output",
         "noisy.csv",
     ]);
@@ -216,14 +218,6 @@ fn bad_input_is_named() {
         ),
         (vec!["identify", "none.csv"], "none.csv: "),
         (
-            vec!["loop", "--iwan", "1,2,3", "--amplitude", "1"],
-            "--iwan: 3 numbers",
-        ),
-        (
-            vec!["loop", "--iwan", "1,0,3,0", "--amplitude", "1"],
-            "X_s = 0",
-        ),
-        (
             vec!["deck", "abaqus", "--props", "0.3,-1"],
             "PROPS(2) gcr = -1",
         ),
@@ -234,10 +228,6 @@ fn bad_input_is_named() {
         (
             vec!["deck", "calculix", "--props", "0.3,1,2.5,0,0,0.005,9"],
             "--thickness",
-        ),
-        (
-            vec!["calibrate", "a", "b", "--preload", "1", "--area", "1"],
-            "--preload: 2 loops and 1 preloads",
         ),
     ] {
         let run = tool.run(&arguments);
@@ -274,6 +264,30 @@ fn bad_input_is_named() {
             vec!["identify", "a", "--tolerance", "x"],
             "'x' is not a number",
         ),
+        (
+            vec!["identify", "a", "--tolerance", "0"],
+            "0 is not above 0 and below 1",
+        ),
+        (
+            vec!["identify", "a", "--tolerance", "2"],
+            "2 is not above 0 and below 1",
+        ),
+        (
+            [&["loop"], &iwan[..], &["--amplitude", "1", "--noise", "11"]].concat(),
+            "11 is not from 0 to 10",
+        ),
+        (
+            vec!["loop", "--iwan", "1,2,3", "--amplitude", "1"],
+            "3 numbers, F_s,X_s,k_alpha,kappa are four",
+        ),
+        (
+            vec!["loop", "--iwan", "1,0,3,0", "--amplitude", "1"],
+            "X_s = 0",
+        ),
+        (
+            vec!["calibrate", "a", "b", "--preload", "1", "--area", "1"],
+            "--preload: 2 loops and 1 preloads",
+        ),
         // A list that is given twice is not joined.
         (
             vec!["replay", "point", "a", "--props", "1,1", "--props", "2.5"],
@@ -284,7 +298,7 @@ fn bad_input_is_named() {
             TWICE,
         ),
         (
-            vec!["loop", "--iwan", "1,1", "--iwan", "1,0", "--amplitude", "1"],
+            [&["loop"], &iwan[..], &iwan[..], &["--amplitude", "1"]].concat(),
             TWICE,
         ),
         (
@@ -452,6 +466,31 @@ fn outputs_are_whole_and_no_inputs() {
             .contains("--picture: ./loop.csv is the input file loop.csv")
     );
     assert_eq!(tool.read("loop.csv"), before);
+    // Two outputs are two files, made already or not; a device takes both.
+    std::os::unix::fs::symlink("loop.csv", tool.path("soft.csv")).expect("a link");
+    let loops = ["loop", "--iwan", JOINT, "--amplitude", "0.02"];
+    for (outputs, words) in [
+        (
+            ["--output", "new", "--picture", "./new"],
+            "--picture: ./new is the file of --output",
+        ),
+        (
+            ["--picture", "new", "--energy-picture", "new"],
+            "--energy-picture: new is the file of --picture",
+        ),
+        (
+            ["--output", "loop.csv", "--energy-picture", "soft.csv"],
+            "--energy-picture: soft.csv is the file of --output",
+        ),
+    ] {
+        let run = tool.run(&[&loops[..], &outputs].concat());
+        assert_eq!(run.code, 1, "{outputs:?}");
+        assert!(run.errors.contains(words), "{outputs:?}: {}", run.errors);
+        assert!(!tool.path("new").exists());
+    }
+    assert_eq!(tool.read("loop.csv"), before);
+    let null = ["--output", "/dev/null", "--picture", "/dev/null"];
+    tool.ok(&[&loops[..], &null].concat());
     // The shortest numbers that are read back as they were.
     for field in before.lines().skip(1).flat_map(|line| line.split(',')) {
         let value: f64 = field.parse().expect("a number");
@@ -789,6 +828,20 @@ fn energies_agree_with_the_closed_form() {
             assert!((damping - row["damping"]).abs() < 1e-5);
         }
     }
+    // Without friction there is nothing to damp, and nothing amiss.
+    let text = tool.ok(&[
+        "loop",
+        "--props",
+        "0,0.002,2.5",
+        "--preload",
+        "900",
+        "--amplitude",
+        "0.01",
+        "--output",
+        "l.csv",
+    ]);
+    let row = &csv(&text)[0];
+    assert_eq!((row["peak_force"], row["damping"]), (0.0, 0.0));
     // Verification item 5: D/(mu p gcr) at a = .5 and chi = 2.5.
     let text = tool.ok(&[
         "loop",
