@@ -157,6 +157,32 @@ fn noisy_cycles_other_names_and_units() {
     }
 }
 
+/// Test rigs write a micro sign as one byte.
+#[test]
+fn latin_1_is_read() {
+    let tool = Tool::new();
+    write_loop(&tool, JOINT, "clean.csv");
+    let clean = tool.read("clean.csv");
+    let mut latin = b"# 20 \xB0C\namplitude,u (\xB5m),force\n".to_vec();
+    latin.extend(
+        clean
+            .lines()
+            .skip(1)
+            .flat_map(|line| format!("{line}\n").into_bytes()),
+    );
+    std::fs::write(tool.path("latin.csv"), latin).expect("written");
+    let names = ["--displacement", "u (µm)", "--json"];
+    let json = tool.json(&[&["identify", "latin.csv"], &names[..]].concat());
+    assert_eq!(json, tool.json(&["identify", "clean.csv", "--json"]));
+    // What is no number is still refused, with its line.
+    std::fs::write(tool.path("word.csv"), b"displacement,force\n1,2\xB5\n").expect("written");
+    let run = tool.run(&["identify", "word.csv"]);
+    assert!(
+        run.errors
+            .contains("word.csv:2: column force: '2µ' is not a number")
+    );
+}
+
 #[test]
 fn no_gross_slip_is_flagged() {
     let tool = Tool::new();
