@@ -157,6 +157,97 @@ fn noisy_cycles_other_names_and_units() {
     }
 }
 
+/// The paper's procedure has no intervals; where it misses, that is said.
+#[test]
+fn the_papers_procedure_is_no_better_than_it_is() {
+    let tool = Tool::new();
+    write_loop(&tool, JOINT, "clean.csv");
+    let paper = ["identify", "clean.csv", "--method", "paper"];
+    let json = tool.json(&[&paper[..], &["--json"]].concat());
+    assert!(json["standard_errors"].is_null() && json["interval_95"].is_null());
+    assert!(number(&json["scatter_of_the_lines"], "F_s") > 0.0);
+    // On clean data anything is more than twice what least squares leaves.
+    const MISSES: &str = "the paper's procedure misses this loop: rms ";
+    assert!(
+        json["warnings"][0]
+            .as_str()
+            .expect("words")
+            .contains(MISSES)
+    );
+    let table = tool.ok(&paper);
+    assert!(
+        table.contains(MISSES) && !table.contains("interval"),
+        "{table}"
+    );
+    let run = tool.run(&["identify", "clean.csv"]);
+    assert!(run.output.contains(MISSES) && run.errors.is_empty());
+    // It does well enough where noise is all that is left.
+    tool.ok(&[
+        "loop",
+        "--iwan",
+        JOINT,
+        "--amplitude",
+        "0.02",
+        "--noise",
+        "0.02",
+        "--seed",
+        "2",
+        "--output",
+        "noisy.csv",
+    ]);
+    assert!(!tool.ok(&["identify", "noisy.csv"]).contains(MISSES));
+    let run = tool.run(&[&paper[..], &["--bootstrap", "200"]].concat());
+    assert_eq!(run.code, 2);
+    assert!(
+        run.errors
+            .contains("--bootstrap does not go with --method paper")
+    );
+}
+
+/// The residuals of a branch are a curve of their own: it never runs back.
+#[test]
+fn residuals_are_drawn_branch_by_branch() {
+    let tool = Tool::new();
+    tool.ok(&[
+        "loop",
+        "--iwan",
+        JOINT,
+        "--amplitude",
+        "0.02",
+        "--noise",
+        "0.01",
+        "--cycles",
+        "3",
+        "--output",
+        "l.csv",
+    ]);
+    tool.ok(&["identify", "l.csv", "--picture", "l.svg"]);
+    let text = tool.read("l.svg");
+    let picture = roxmltree::Document::parse(&text).expect("the picture is XML");
+    let panel = picture
+        .root_element()
+        .children()
+        .nth(3)
+        .expect("two panels");
+    let branches = panel
+        .descendants()
+        .filter_map(|node| node.attribute("points"))
+        .map(|points| -> Vec<i32> {
+            let sides = points.split_whitespace();
+            sides
+                .map(|p| p.split(',').next().expect("x").parse().expect("a number"))
+                .collect()
+        })
+        .filter(|x| x.len() > 100);
+    let mut count = 0;
+    for x in branches {
+        let steps: Vec<i32> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert!(steps.iter().all(|s| *s >= 0) || steps.iter().all(|s| *s <= 0));
+        count += 1;
+    }
+    assert_eq!(count, 6);
+}
+
 /// Test rigs write a micro sign as one byte.
 #[test]
 fn latin_1_is_read() {
@@ -181,6 +272,36 @@ fn latin_1_is_read() {
         run.errors
             .contains("word.csv:2: column force: '2µ' is not a number")
     );
+}
+
+/// Sums of squares of huge or tiny numbers would be lost.
+#[test]
+fn huge_and_tiny_numbers_are_refused() {
+    let tool = Tool::new();
+    write_loop(&tool, JOINT, "clean.csv");
+    for (factor, words) in [
+        (1e300, "e302 N, is not from"),
+        (1e-200, "e-198 N, is not from"),
+    ] {
+        let mut text = String::from("displacement,force\n");
+        for row in csv(&tool.read("clean.csv")) {
+            let _ = writeln!(
+                text,
+                "{:e},{:e}",
+                row["displacement"],
+                row["force"] * factor
+            );
+        }
+        tool.write("scaled.csv", &text);
+        for command in [
+            &["identify", "scaled.csv"][..],
+            &["calibrate", "scaled.csv", "--preload", "1", "--area", "1"],
+        ] {
+            let run = tool.run(command);
+            assert_eq!(run.code, 1);
+            assert!(run.errors.contains(words), "{}", run.errors);
+        }
+    }
 }
 
 #[test]
