@@ -9,7 +9,7 @@ use clap::ArgAction;
 use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Vector, default_state_size};
-use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
+use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, RGBColor, Stroke, ramp};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -337,14 +337,23 @@ fn figure(title: &str, x_label: &str, y_label: &str, curves: Vec<Curve>) -> Figu
 }
 
 fn loops_figure(cycles: &[Cycle]) -> Figure {
+    const COLOURS: [RGBColor; 4] = [BLUE, ORANGE, GREEN, GREY];
+    const STROKES: [Stroke; 2] = [Stroke::Solid, Stroke::Dashed];
+    let count = cycles.len();
     let curves = cycles.iter().enumerate().map(|(k, cycle)| {
         let mut points = cycle.points.clone();
         points.extend(cycle.points.first());
+        let (colour, stroke) = if count <= COLOURS.len() * STROKES.len() {
+            (COLOURS[k % 4], STROKES[k / 4])
+        } else {
+            // More than can be told apart at a glance: every one a little lighter.
+            (ramp(k as f64 / (count - 1) as f64), STROKES[k % 2])
+        };
         Curve {
             label: format!("A = {}", short(cycle.amplitude)),
             points,
-            stroke: [Stroke::Solid, Stroke::Dashed][k / 4 % 2],
-            colour: [BLUE, ORANGE, GREEN, GREY][k % 4],
+            stroke,
+            colour,
         }
     });
     figure("Steady loops", "displacement", "force", curves.collect())

@@ -204,6 +204,27 @@ fn the_papers_procedure_is_no_better_than_it_is() {
     );
 }
 
+/// However many loops there are, every one has a colour of its own.
+#[test]
+fn twelve_loops_can_be_told_apart() {
+    let tool = Tool::new();
+    let amplitudes: Vec<String> = (1..=12)
+        .map(|k| format!("{}", 0.002 * f64::from(k)))
+        .collect();
+    let amplitudes = amplitudes.join(",");
+    let loops = ["loop", "--iwan", JOINT, "--amplitude", &amplitudes];
+    tool.ok(&[&loops[..], &["--output", "l.csv", "--picture", "l.svg"]].concat());
+    let text = tool.read("l.svg");
+    let picture = roxmltree::Document::parse(&text).expect("the picture is XML");
+    // The wide lines are the curves.
+    let colours: std::collections::HashSet<&str> = picture
+        .descendants()
+        .filter(|node| node.attribute("stroke-width") == Some("20"))
+        .filter_map(|node| node.attribute("stroke"))
+        .collect();
+    assert_eq!(colours.len(), 12, "{colours:?}");
+}
+
 /// The residuals of a branch are a curve of their own: it never runs back.
 #[test]
 fn residuals_are_drawn_branch_by_branch() {
