@@ -4,9 +4,9 @@ mod sprung;
 
 use crate::identify::Columns;
 use crate::numbers::{self, exact, short};
-use crate::{Outcome, print, say};
+use crate::{Outcome, print, say, wrong_use};
 use anyhow::{Result, anyhow, bail};
-use mepc::iwan::{Fit, Record};
+use mepc::iwan::{Fit, Record, Warning};
 use serde_json::{Value, json};
 use sprung::{Sprung, SprungFit};
 use std::fmt::Write as _;
@@ -14,6 +14,12 @@ use std::path::PathBuf;
 
 /// Exponents for which the loop is fitted, beside the chosen one.
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 2.5, 3.0, 4.0];
+/// Half of a 95 % interval in standard errors.
+const LIKELY: f64 = 1.96;
+/// A standard error beyond this part of the value is no determination.
+const ILL: f64 = 0.1;
+/// Neighbouring residuals more alike than this are not noise alone.
+const CORRELATED: f64 = 0.3;
 
 /// From measured loops to the properties of the contact law (mu, gcr, chi) and the series stiffness K_e.
 ///
@@ -77,11 +83,11 @@ struct Case {
 /// Bad input.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.files.len() != arguments.preload.len() {
-        bail!(
+        return Err(wrong_use(format!(
             "--preload: {} loops and {} preloads, one is needed for each",
             arguments.files.len(),
             arguments.preload.len()
-        );
+        )));
     }
     let cases: Vec<Case> = arguments
         .files
@@ -92,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             case(&file.display().to_string(), preload, &record, arguments.chi)
         })
         .collect::<Result<_>>()?;
-    let result = Calibration::new(&cases, arguments);
+    let result = Calibration::new(&cases, arguments)?;
     for case in &cases {
         for warning in &case.joint.warnings {
             say(&format!("{}: warning: {warning}", case.file));
@@ -106,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         print(&result.table(&cases))?;
     }
-    Ok(if cases.iter().all(|case| case.joint.is_reliable()) {
+    Ok(if result.reliable {
         Outcome::Done
     } else {
         Outcome::Flagged
@@ -114,9 +120,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 fn case(file: &str, preload: f64, record: &Record, chi: f64) -> Result<Case> {
-    let joint = record
+    let mut joint = record
         .least_squares()
         .map_err(|error| anyhow!("{file}: {}", error.message))?;
+    // What is said about the shape of the four-parameter model, and about its parameters, is not about the contact law.
+    joint.warnings.retain(|warning| {
+        !matches!(
+            warning,
+            Warning::IllDetermined { .. } | Warning::ChiAtBound(_) | Warning::Misfit(_)
+        )
+    });
     let fit = |chi| Sprung::new(record, chi).fit(&joint);
     let sprung = fit(chi);
     let others: Vec<SprungFit> = EXPONENTS
@@ -139,33 +152,126 @@ fn case(file: &str, preload: f64, record: &Record, chi: f64) -> Result<Case> {
     })
 }
 
+/// Standard error of the sum of `weights` times what each loop says. A loop is as uncertain as its own fit says, or as the loops
+/// scatter about what they have in common (`residuals` of so many unknowns), whichever is more.
+fn standard_error(weights: &[f64], variances: &[f64], residuals: &[f64], unknowns: usize) -> f64 {
+    let scatter = match residuals.len().saturating_sub(unknowns) {
+        0 => 0.0,
+        free => residuals.iter().map(|r| r * r).sum::<f64>() / free as f64,
+    };
+    let parts = weights.iter().zip(variances);
+    parts
+        .map(|(weight, variance)| weight * weight * variance.max(scatter))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// A value and its standard error.
+#[derive(Clone, Copy)]
+struct Estimate {
+    value: f64,
+    error: f64,
+}
+
+impl Estimate {
+    /// The mean of what each loop says; the variance is that of the quantity with these derivatives.
+    fn mean(cases: &[Case], value: fn(&SprungFit) -> f64, derivatives: [f64; 4]) -> Self {
+        let count = cases.len() as f64;
+        let values: Vec<f64> = cases.iter().map(|c| value(&c.sprung)).collect();
+        let variances: Vec<f64> = cases
+            .iter()
+            .map(|c| c.sprung.variance(derivatives))
+            .collect();
+        let mean = values.iter().sum::<f64>() / count;
+        let residuals: Vec<f64> = values.iter().map(|v| v - mean).collect();
+        let weights = vec![1.0 / count; values.len()];
+        Estimate {
+            value: mean,
+            error: standard_error(&weights, &variances, &residuals, 1),
+        }
+    }
+
+    /// Least squares through the origin: F_s = mu P.
+    fn friction(cases: &[Case]) -> Self {
+        let square: f64 = cases.iter().map(|c| c.preload * c.preload).sum();
+        let weights: Vec<f64> = cases.iter().map(|c| c.preload / square).collect();
+        let forces = cases.iter().map(|c| c.sprung.force);
+        let mu = weights.iter().zip(forces).map(|(w, f)| w * f).sum();
+        let residuals: Vec<f64> = cases
+            .iter()
+            .map(|c| c.sprung.force - mu * c.preload)
+            .collect();
+        let variances: Vec<f64> = cases
+            .iter()
+            .map(|c| c.sprung.variance([1.0, 0.0, 0.0, 0.0]))
+            .collect();
+        Estimate {
+            value: mu,
+            error: standard_error(&weights, &variances, &residuals, 1),
+        }
+    }
+
+    /// Intercept and slope of X_s over F_s: gcr and 1/K_e. Not finite when the forces are the same.
+    fn line(cases: &[Case]) -> [Self; 2] {
+        let count = cases.len() as f64;
+        let mean = |of: &dyn Fn(&SprungFit) -> f64| {
+            cases.iter().map(|c| of(&c.sprung)).sum::<f64>() / count
+        };
+        let (force, displacement) = (mean(&|s| s.force), mean(&SprungFit::displacement));
+        let square = count * mean(&|s| (s.force - force).powi(2));
+        let weights: Vec<f64> = cases
+            .iter()
+            .map(|c| (c.sprung.force - force) / square)
+            .collect();
+        let displacements = cases.iter().map(|c| c.sprung.displacement());
+        let slope = weights.iter().zip(displacements).map(|(w, x)| w * x).sum();
+        let intercept = displacement - slope * force;
+        let residuals: Vec<f64> = cases
+            .iter()
+            .map(|c| c.sprung.displacement() - intercept - slope * c.sprung.force)
+            .collect();
+        // Both X_s = gcr + F_s/K_e and F_s of a loop are uncertain: what counts is how far they lead off the line together.
+        let variances: Vec<f64> = cases
+            .iter()
+            .map(|Case { sprung, .. }| {
+                sprung.variance([sprung.compliance - slope, 1.0, sprung.force, 0.0])
+            })
+            .collect();
+        let at_zero: Vec<f64> = weights.iter().map(|w| 1.0 / count - force * w).collect();
+        [(intercept, at_zero), (slope, weights)].map(|(value, weights)| Estimate {
+            value,
+            error: standard_error(&weights, &variances, &residuals, 2),
+        })
+    }
+}
+
 /// The properties, and what they rest on.
 struct Calibration {
-    mu: f64,
-    gcr: f64,
+    mu: Estimate,
+    gcr: Estimate,
     chi: f64,
-    series: Option<f64>,
-    residual: f64,
+    /// K_e; None is rigid.
+    series: Option<Estimate>,
+    residual: Estimate,
     pressure: f64,
     /// Intercept and inverse slope of X_s over F_s, from two or more preloads.
     separated: bool,
+    /// False when the properties must not be used as they are.
+    reliable: bool,
     warnings: Vec<String>,
 }
 
 impl Calibration {
-    fn new(cases: &[Case], arguments: &Arguments) -> Self {
+    fn new(cases: &[Case], arguments: &Arguments) -> Result<Self> {
         let mut warnings = Vec::new();
-        let sum = |f: &dyn Fn(&Case) -> f64| cases.iter().map(f).sum::<f64>();
-        let count = cases.len() as f64;
-        // Least squares through the origin: F_s = mu P.
-        let mu = sum(&|c| c.sprung.force * c.preload) / sum(&|c| c.preload * c.preload);
+        let mu = Estimate::friction(cases);
         if cases.len() > 1 {
             for case in cases {
                 let one = case.sprung.force / case.preload;
-                if (one / mu - 1.0).abs() > 0.05 {
+                if (one / mu.value - 1.0).abs() > 0.05 {
                     warnings.push(format!(
-                        "{}: F_s/P = {one:.3}, the others say {mu:.3}: mu depends on the preload, or a preload is wrong",
-                        case.file
+                        "{}: F_s/P = {one:.3}, the others say {:.3}: mu depends on the preload, or a preload is wrong",
+                        case.file, mu.value
                     ));
                 }
             }
@@ -179,71 +285,115 @@ impl Calibration {
             most / least
         };
         let separated = cases.len() > 1 && spread > 1.2;
-        let (gcr, compliance) = if separated {
-            let (f, x) = (
-                sum(&|c| c.sprung.force) / count,
-                sum(&|c| c.sprung.displacement()) / count,
-            );
-            let slope = sum(&|c| (c.sprung.force - f) * (c.sprung.displacement() - x))
-                / sum(&|c| (c.sprung.force - f).powi(2));
-            (x - slope * f, slope)
+        let [gcr, compliance] = if separated {
+            Estimate::line(cases)
         } else {
             if cases.len() > 1 {
                 warnings.push(
                     "the preloads are too close to separate gcr and K_e: means over the loops are given".to_string(),
                 );
             }
-            (
-                sum(&|c| c.sprung.gcr) / count,
-                sum(&|c| c.sprung.compliance) / count,
-            )
+            [
+                Estimate::mean(cases, |s| s.gcr, [0.0, 1.0, 0.0, 0.0]),
+                Estimate::mean(cases, |s| s.compliance, [0.0, 0.0, 1.0, 0.0]),
+            ]
         };
-        if gcr <= 0.0 || compliance < 0.0 {
-            warnings.push(format!(
-                "X_s over F_s gives gcr = {} mm and 1/K_e = {compliance:e} mm/N: the loops are not those of one joint",
-                short(gcr)
-            ));
+        // Of a joint, gcr is above zero and 1/K_e not below; the comparisons are false for what is not a number.
+        let determined = gcr.value > LIKELY * gcr.error
+            && compliance.value
+                >= -LIKELY * compliance.error - 1e-6 * gcr.value / cases[0].sprung.force;
+        if separated && !determined {
+            let list = |of: &dyn Fn(&Case) -> f64| {
+                let values: Vec<String> = cases.iter().map(|case| short(of(case))).collect();
+                values.join(", ")
+            };
+            let line = if gcr.value.is_finite() {
+                format!(
+                    "; the line through them gives gcr = {} mm with a standard error of {} mm",
+                    short(gcr.value),
+                    short(gcr.error)
+                )
+            } else {
+                String::new()
+            };
+            bail!(
+                "the loops do not separate contact and elastic compliance: at the preloads {} N they have F_s = {} N and \
+                 X_s = {} mm, where F_s = mu P grows with the preload, and X_s = gcr + F_s/K_e with F_s{line}",
+                list(&|c| c.preload),
+                list(&|c| c.sprung.force),
+                list(&|c| c.sprung.displacement()),
+            );
         }
         for case in cases {
-            if !separated && case.sprung.rms > case.as_good {
+            if case.sprung.rms > case.as_good {
                 warnings.push(format!(
                     "{}: chi = {} fits worse than other exponents (see the table)",
                     case.file, arguments.chi
                 ));
             }
+            if case.sprung.correlation > CORRELATED {
+                warnings.push(format!(
+                    "{}: neighbouring residuals are alike (correlation {:.2}): the loop is not quite that of a contact with \
+                     chi = {} behind a spring; the standard errors allow for it",
+                    case.file, case.sprung.correlation, arguments.chi
+                ));
+            }
         }
-        Calibration {
+        let force = cases.iter().map(|c| c.sprung.force).fold(0.0, f64::max);
+        // A compliance that is rounding against the whole displacement is a rigid body.
+        let series = (compliance.value * force > 1e-6 * gcr.value.abs()).then(|| Estimate {
+            value: 1.0 / compliance.value,
+            error: compliance.error / compliance.value.powi(2),
+        });
+        let ill = |name: &str, estimate: Estimate| {
+            let part = estimate.error / estimate.value;
+            (part > ILL).then(|| {
+                format!(
+                    "{name} is ill-determined: standard error {:.0} %",
+                    100.0 * part
+                )
+            })
+        };
+        warnings.extend(ill("mu", mu));
+        warnings.extend(ill("gcr", gcr));
+        match series {
+            Some(series) => warnings.extend(ill("K_e", series)),
+            None if compliance.error * force > ILL * gcr.value => warnings.push(format!(
+                "K_e is ill-determined: anything above {} N/mm is likely",
+                short(1.0 / (compliance.value + LIKELY * compliance.error))
+            )),
+            None => {}
+        }
+        let pressure = arguments.preload.iter().sum::<f64>() / cases.len() as f64 / arguments.area;
+        Ok(Calibration {
             mu,
             gcr,
             chi: arguments.chi,
-            // A compliance that is rounding against the whole displacement is a rigid body.
-            series: (compliance * cases[0].sprung.force > 1e-6 * gcr.abs())
-                .then(|| 1.0 / compliance),
-            residual: sum(&|c| c.sprung.residual) / count,
-            pressure: sum(&|c| c.preload) / count / arguments.area,
+            series,
+            residual: Estimate::mean(cases, |s| s.residual, [0.0, 0.0, 0.0, 1.0]),
+            pressure,
             separated,
+            reliable: determined && cases.iter().all(|case| case.joint.is_reliable()),
             warnings,
-        }
+        })
     }
 
     fn props(&self) -> String {
-        [self.mu, self.gcr, self.chi]
+        [self.mu.value, self.gcr.value, self.chi]
             .map(|value| exact(numbers::read(&short(value)).unwrap_or(value)))
             .join(",")
     }
 
-    fn series_words(&self) -> String {
-        self.series.map_or("rigid".to_string(), short)
-    }
-
     fn table(&self, cases: &[Case]) -> String {
-        let mut text = String::new();
-        let mut line = |name: &str, value: String, why: &str| {
-            let _ = writeln!(text, "{name:28}{value:>12}   {why}");
+        let mut text = format!("{:28}{:>12}{:>12}\n", "", "value", "std. error");
+        let mut line = |name: &str, value: String, error: Option<f64>, why: &str| {
+            let error = error.map_or(String::new(), |error| format!("{error:.1e}"));
+            let _ = writeln!(text, "{name:28}{value:>12}{error:>12}   {why}");
         };
         line(
             "mu",
-            short(self.mu),
+            short(self.mu.value),
+            Some(self.mu.error),
             "F_s / preload: the loop gives F_s, mu is as good as the preload",
         );
         let how = if self.separated {
@@ -251,22 +401,29 @@ impl Calibration {
         } else {
             "from the shape of the loop, for the assumed chi"
         };
-        line("gcr (mm)", short(self.gcr), how);
-        line("chi", short(self.chi), "assumed");
+        line("gcr (mm)", short(self.gcr.value), Some(self.gcr.error), how);
+        line("chi", short(self.chi), None, "assumed");
         let how = if self.separated {
             "X_s over F_s at the preloads: 1 / slope"
         } else {
             "what is left of X_s: F_s / (X_s - gcr)"
         };
-        line("series K_e (N/mm)", self.series_words(), how);
+        line(
+            "series K_e (N/mm)",
+            self.series.map_or("rigid".to_string(), |s| short(s.value)),
+            self.series.map(|s| s.error),
+            how,
+        );
         line(
             "parallel k_alpha (N/mm)",
-            short(self.residual),
+            short(self.residual.value),
+            Some(self.residual.error),
             "stiffness in gross slip",
         );
         line(
             "mean pressure (MPa)",
             short(self.pressure),
+            None,
             "preload / area; friction depends on the preload alone",
         );
         for case in cases {
@@ -310,7 +467,9 @@ impl Calibration {
              leaves out\nshould not. A second loop at another preload separates gcr (constant) from F_s/K_e (grows with the \
              preload).\n"
         };
-        let _ = writeln!(text, "\nNext: mepc deck abaqus --props {}", self.props());
+        if self.reliable {
+            let _ = writeln!(text, "\nNext: mepc deck abaqus --props {}", self.props());
+        }
         text
     }
 
@@ -336,15 +495,22 @@ impl Calibration {
             })
             .collect();
         json!({
-            "mu": self.mu,
-            "gcr": self.gcr,
+            "mu": self.mu.value,
+            "gcr": self.gcr.value,
             "chi": self.chi,
             "chi_is": "assumed",
-            "K_e": self.series,
-            "k_alpha": self.residual,
+            "K_e": self.series.map(|series| series.value),
+            "k_alpha": self.residual.value,
+            "standard_errors": {
+                "mu": self.mu.error,
+                "gcr": self.gcr.error,
+                "K_e": self.series.map(|series| series.error),
+                "k_alpha": self.residual.error,
+            },
+            "reliable": self.reliable,
             "mean_pressure": self.pressure,
             "gcr_and_K_e_from": if self.separated { "several preloads" } else { "shape of the loop, assumed chi" },
-            "props": [self.mu, self.gcr, self.chi],
+            "props": [self.mu.value, self.gcr.value, self.chi],
             "units": { "length": "mm", "force": "N" },
             "warnings": self.warnings,
             "loops": loops,

@@ -2,8 +2,8 @@
 
 use crate::numbers::{self, exact, short};
 use crate::table::Table;
-use crate::{Outcome, check_output, print, say, write};
-use anyhow::{Context, Result, anyhow};
+use crate::{Outcome, check_outputs, print, say, write, wrong_use};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use mepc::iwan::{Direction, Fit, Iwan, NAMES, PAPER_TOLERANCE, Record};
@@ -14,8 +14,8 @@ use std::path::PathBuf;
 
 /// Identify the four parameters of the improved Iwan model from a measured hysteresis loop.
 ///
-/// The file holds one or more cycles of one amplitude in the order of time, about any centre, with noise. Reversals are found
-/// in the data; first loading and smaller loops are left out.
+/// The file holds one or more cycles of one amplitude in the order of time, about any centre, with noise in the force. Reversals
+/// are found in the data; first loading and smaller loops are left out.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -36,9 +36,9 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
     method: Method,
     /// The paper's procedure: the data leave the residual line where they are away from it by this part of F_s.
-    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE, value_parser = numbers::argument)]
+    #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE, value_parser = part)]
     tolerance: f64,
-    /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones.
+    /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones (least squares only).
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 20..=100_000))]
     bootstrap: Option<u32>,
     /// Seed of the resampling.
@@ -51,6 +51,18 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
 }
+
+fn part(text: &str) -> Result<f64, String> {
+    let part = numbers::argument(text)?;
+    if part > 0.0 && part < 1.0 {
+        Ok(part)
+    } else {
+        Err(format!("{text} is not above 0 and below 1"))
+    }
+}
+
+/// The paper's procedure misses a loop when its rms residual is so many times that of least squares.
+const MISSES: f64 = 2.0;
 
 /// How the parameters are found.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -97,6 +109,9 @@ enum Force {
     Lbf,
 }
 
+/// Sums of the squares of such numbers neither overflow nor vanish.
+const SQUARABLE: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+
 impl Columns {
     /// The record of a file, in mm and N.
     ///
@@ -123,6 +138,20 @@ impl Columns {
         };
         let displacement = column(&self.displacement, length)?;
         let force = column(&self.force, force)?;
+        for (name, unit, values) in [
+            (&self.displacement, "mm", &displacement),
+            (&self.force, "N", &force),
+        ] {
+            let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            if largest != 0.0 && !SQUARABLE.contains(&largest) {
+                bail!(
+                    "{}: column {name}: the largest value, {largest:e} {unit}, is not from {:e} to {:e} {unit}",
+                    table.header_place(),
+                    SQUARABLE.start(),
+                    SQUARABLE.end()
+                );
+            }
+        }
         Record::new(&displacement, &force).map_err(|error| {
             let (columns, rows) = (
                 format!("{}, {}", self.displacement, self.force),
@@ -143,9 +172,14 @@ impl Columns {
 /// Bad input, or a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let file = arguments.file.display().to_string();
-    check_output(
-        "--picture",
-        arguments.picture.as_deref(),
+    if arguments.method == Method::Paper && arguments.bootstrap.is_some() {
+        // What the procedure leaves is no noise that could be drawn from.
+        return Err(wrong_use(
+            "--bootstrap does not go with --method paper: resampled loops say nothing about how far it misses",
+        ));
+    }
+    check_outputs(
+        &[("--picture", arguments.picture.as_deref())],
         &[&arguments.file],
     )?;
     let record = arguments.columns.read(&arguments.file)?;
@@ -167,21 +201,37 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(count) = arguments.bootstrap {
         resample(&record, &mut fit, arguments, count)?;
     }
+    let mut warnings: Vec<String> = fit.warnings.iter().map(ToString::to_string).collect();
+    let misses = match (&least_squares, &paper) {
+        (Ok(best), Ok(paper)) if paper.rms > MISSES * best.rms => {
+            let peak = best.joint.peak_force(record.amplitude);
+            let [ours, theirs] = [paper, best].map(|fit| 100.0 * fit.rms / peak);
+            Some(format!(
+                "the paper's procedure misses this loop: rms {ours:.2} % of T_max, by least squares {theirs:.2} %"
+            ))
+        }
+        _ => None,
+    };
+    if arguments.method == Method::Paper {
+        warnings.extend(misses.clone());
+    }
     let report = Report {
         file: &file,
         record: &record,
         fit: &fit,
+        warnings: &warnings,
         method: arguments.method,
         paper: paper
             .as_ref()
             .ok()
             .filter(|_| arguments.method == Method::LeastSquares),
+        misses,
         bootstrap: arguments.bootstrap,
     };
     if let Some(path) = &arguments.picture {
         write(Some(path), &report.picture()?)?;
     }
-    for warning in &fit.warnings {
+    for warning in &warnings {
         say(&format!("{file}: warning: {warning}"));
     }
     if arguments.json {
@@ -233,11 +283,7 @@ fn resample(record: &Record, fit: &mut Fit, arguments: &Arguments, count: u32) -
             at += block;
         }
         let sample = record.with_force(force);
-        let refit = match arguments.method {
-            Method::LeastSquares => sample.least_squares_from(fit),
-            Method::Paper => sample.paper(arguments.tolerance),
-        };
-        match refit {
+        match sample.least_squares_from(fit) {
             Ok(refit) => {
                 for (values, value) in drawn.iter_mut().zip(refit.joint.parameters()) {
                     values.push(value);
@@ -270,8 +316,11 @@ struct Report<'a> {
     file: &'a str,
     record: &'a Record,
     fit: &'a Fit,
+    warnings: &'a [String],
     method: Method,
     paper: Option<&'a Fit>,
+    /// Words, when the paper's procedure fits much worse than least squares.
+    misses: Option<String>,
     bootstrap: Option<u32>,
 }
 
@@ -307,27 +356,38 @@ impl Report<'_> {
             short(record.centre),
             short(fit.offset),
         );
-        let errors = match self.bootstrap {
-            Some(count) => format!("{count} resampled loops"),
-            None => "linearised".to_string(),
+        // The lines of the paper's procedure know nothing of how far they are off.
+        let has_errors = self.method == Method::LeastSquares;
+        let (errors, more) = match self.bootstrap {
+            _ if !has_errors => (
+                "scatter",
+                "of the straight lines; there are no standard errors".to_string(),
+            ),
+            Some(count) => (
+                "std. error",
+                format!("95 % interval ({count} resampled loops)"),
+            ),
+            None => ("std. error", "95 % interval (linearised)".to_string()),
         };
         let _ = writeln!(
             text,
-            "{:12}{:>14}{:>14}   95 % interval ({errors})",
+            "{:12}{:>14}{errors:>14}   {more}",
             self.method_name(),
             "value",
-            "std. error"
         );
         for k in 0..4 {
-            let [low, high] = fit.intervals[k];
+            let interval = if has_errors {
+                let [low, high] = fit.intervals[k].map(short);
+                format!("   {low} .. {high}")
+            } else {
+                String::new()
+            };
             let _ = writeln!(
                 text,
-                "{:12}{:>14}{:>14}   {} .. {}",
+                "{:12}{:>14}{:>14}{interval}",
                 format!("{} {}", NAMES[k], bracket(UNITS[k])).trim_end(),
                 short(joint.parameters()[k]),
                 format!("{:.2e}", fit.standard_errors[k]),
-                short(low),
-                short(high),
             );
         }
         text += "\n";
@@ -368,6 +428,9 @@ impl Report<'_> {
             let values = paper.joint.parameters().map(short).join(", ");
             line("by the paper's procedure", values);
         }
+        if let Some(misses) = &self.misses {
+            let _ = writeln!(text, "\n{misses}");
+        }
         text
     }
 
@@ -383,6 +446,15 @@ impl Report<'_> {
                 .into()
         };
         let numbers = |values: [f64; 4]| by_name(values.map(|v| json!(v)));
+        let errors = numbers(fit.standard_errors);
+        let (errors, intervals, scatter) = match self.method {
+            Method::LeastSquares => (
+                errors,
+                by_name(fit.intervals.map(|i| json!(i))),
+                Value::Null,
+            ),
+            Method::Paper => (Value::Null, Value::Null, errors),
+        };
         let largest = fit.residuals.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
         json!({
             "F_s": joint.force,
@@ -393,9 +465,10 @@ impl Report<'_> {
             "units": { "length": "mm", "force": "N" },
             "method": self.method_name(),
             "reliable": fit.is_reliable(),
-            "warnings": fit.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
-            "standard_errors": numbers(fit.standard_errors),
-            "interval_95": by_name(fit.intervals.map(|i| json!(i))),
+            "warnings": self.warnings,
+            "standard_errors": errors,
+            "interval_95": intervals,
+            "scatter_of_the_lines": scatter,
             "bootstrap": self.bootstrap,
             "amplitude": a,
             "centre": record.centre,
@@ -427,23 +500,34 @@ impl Report<'_> {
         let mut closed: Vec<[f64; 2]> = fitted(Direction::Loading).collect();
         let back: Vec<[f64; 2]> = fitted(Direction::Unloading).collect();
         closed.extend(back.into_iter().rev());
-        let mut data = Vec::new();
-        let mut residuals = [Vec::new(), Vec::new()];
-        let mut rest = fit.residuals.iter();
-        for branch in &record.branches {
-            let side = usize::from(branch.direction == Direction::Unloading);
-            for (&index, &residual) in branch.points.iter().zip(&mut rest) {
-                data.push([record.displacement[index], record.force[index]]);
-                residuals[side].push([record.displacement[index], residual]);
-            }
-        }
         let curve = |label: &str, points, stroke, colour| Curve {
             label: label.to_string(),
             points,
             stroke,
             colour,
         };
-        let [loading, unloading] = residuals;
+        let mut data = Vec::new();
+        let mut residuals: Vec<Curve> = Vec::new();
+        let mut rest = fit.residuals.as_slice();
+        for branch in &record.branches {
+            let (ours, others) = rest.split_at(branch.points.len());
+            rest = others;
+            let x = |index: usize| record.displacement[index];
+            data.extend(branch.points.iter().map(|&i| [x(i), record.force[i]]));
+            let (name, colour) = match branch.direction {
+                Direction::Loading => ("loading", BLUE),
+                Direction::Unloading => ("unloading", GREEN),
+            };
+            // One entry in the legend stands for all branches of a direction.
+            let named = residuals.iter().any(|curve| curve.label == name);
+            let points = branch.points.iter().zip(ours).map(|(&i, &r)| [x(i), r]);
+            residuals.push(curve(
+                if named { "" } else { name },
+                points.collect(),
+                Stroke::Solid,
+                colour,
+            ));
+        }
         let figure = |title: String, y_label: &str, curves| Figure {
             title,
             x_label: "displacement (mm)".to_string(),
@@ -464,10 +548,7 @@ impl Report<'_> {
             figure(
                 "Residual, data less fit".to_string(),
                 "force (N)",
-                vec![
-                    curve("loading", loading, Stroke::Solid, BLUE),
-                    curve("unloading", unloading, Stroke::Solid, GREEN),
-                ],
+                residuals,
             ),
         ])
         .context("picture")

@@ -3,13 +3,13 @@
 use crate::identify::csv_line;
 use crate::numbers::{self, exact, short};
 use crate::replay::{Motion, Patch, Points, Springs};
-use crate::{Outcome, print, props, write};
+use crate::{Outcome, check_outputs, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
 use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Vector, default_state_size};
-use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
+use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, RGBColor, Stroke, ramp};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -28,9 +28,8 @@ Examples:
 #[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
 pub struct Arguments {
     /// The joint as a whole.
-    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = numbers::argument)]
-    iwan: Option<Vec<f64>>,
+    #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", allow_hyphen_values = true, value_parser = joint)]
+    iwan: Option<Iwan>,
     #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
         allow_hyphen_values = true, value_parser = props::entry, help = props::HELP, requires = "preload")]
     props: Option<Vec<f64>>,
@@ -54,7 +53,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1000))]
     cycles: u32,
     /// Normal noise on the force, standard deviation as a part of the peak force.
-    #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = numbers::argument)]
+    #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = noise)]
     noise: f64,
     /// Seed of the noise.
     #[arg(long, default_value_t = 1, value_parser = |text: &str| numbers::whole::<u64>(text, 0..=u64::MAX))]
@@ -68,6 +67,26 @@ pub struct Arguments {
     /// Draw energy and damping against amplitude into this SVG file.
     #[arg(long, value_name = "FILE.svg")]
     energy_picture: Option<PathBuf>,
+}
+
+fn joint(text: &str) -> Result<Iwan, String> {
+    let values: Vec<f64> = text
+        .split(',')
+        .map(numbers::argument)
+        .collect::<Result<_, _>>()?;
+    let parameters: [f64; 4] = values.try_into().map_err(|values: Vec<f64>| {
+        format!("{} numbers, F_s,X_s,k_alpha,kappa are four", values.len())
+    })?;
+    Iwan::new(parameters).map_err(|error| error.message)
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    let noise = numbers::argument(text)?;
+    if (0.0..=10.0).contains(&noise) {
+        Ok(noise)
+    } else {
+        Err(format!("{text} is not from 0 to 10"))
+    }
 }
 
 /// A steady loop: the points of loading, then of unloading, and the two energies.
@@ -86,8 +105,11 @@ impl Cycle {
             .fold(0.0, |most: f64, p| most.max(p[1].abs()))
     }
 
-    /// Equivalent damping ratio, the energy per cycle being one of the two.
+    /// Equivalent damping ratio, the energy per cycle being one of the two; none without a force.
     fn damping(&self, energy: f64) -> f64 {
+        if energy == 0.0 {
+            return 0.0;
+        }
         energy / (TAU * self.amplitude * self.peak())
     }
 }
@@ -105,17 +127,8 @@ enum Model {
 
 impl Model {
     fn new(arguments: &Arguments) -> Result<Self> {
-        if let Some(parameters) = &arguments.iwan {
-            let [force, displacement, residual, kappa] = parameters[..] else {
-                bail!(
-                    "--iwan: {} numbers, F_s,X_s,k_alpha,kappa are four",
-                    parameters.len()
-                );
-            };
-            let joint = Iwan::new([force, displacement, residual, kappa]);
-            return Ok(Model::Joint(
-                joint.map_err(|error| anyhow!("--iwan: {error}"))?,
-            ));
+        if let Some(joint) = arguments.iwan {
+            return Ok(Model::Joint(joint));
         }
         let (Some(props), Some(preload)) = (&arguments.props, arguments.preload) else {
             bail!("--props needs --preload");
@@ -236,9 +249,14 @@ fn area(points: &[[f64; 2]]) -> f64 {
 /// # Errors
 /// Bad parameters, or files that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    if !(0.0..=10.0).contains(&arguments.noise) {
-        bail!("--noise: {} is not from 0 to 10", arguments.noise);
-    }
+    check_outputs(
+        &[
+            ("--output", arguments.output.as_deref()),
+            ("--picture", arguments.picture.as_deref()),
+            ("--energy-picture", arguments.energy_picture.as_deref()),
+        ],
+        &[],
+    )?;
     let model = Model::new(arguments)?;
     let cycles: Vec<Cycle> = arguments
         .amplitude
@@ -255,7 +273,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             cycle.amplitude
         );
     }
-    let mut random = fastrand::Rng::with_seed(arguments.seed);
+    // Streams of neighbouring seeds go together; those of what they give first do not.
+    let mut random = fastrand::Rng::with_seed(arguments.seed).fork();
     let mut text = String::from("amplitude,displacement,force\n");
     for cycle in &cycles {
         let deviation = arguments.noise * cycle.peak();
@@ -318,14 +337,23 @@ fn figure(title: &str, x_label: &str, y_label: &str, curves: Vec<Curve>) -> Figu
 }
 
 fn loops_figure(cycles: &[Cycle]) -> Figure {
+    const COLOURS: [RGBColor; 4] = [BLUE, ORANGE, GREEN, GREY];
+    const STROKES: [Stroke; 2] = [Stroke::Solid, Stroke::Dashed];
+    let count = cycles.len();
     let curves = cycles.iter().enumerate().map(|(k, cycle)| {
         let mut points = cycle.points.clone();
         points.extend(cycle.points.first());
+        let (colour, stroke) = if count <= COLOURS.len() * STROKES.len() {
+            (COLOURS[k % 4], STROKES[k / 4])
+        } else {
+            // More than can be told apart at a glance: every one a little lighter.
+            (ramp(k as f64 / (count - 1) as f64), STROKES[k % 2])
+        };
         Curve {
             label: format!("A = {}", short(cycle.amplitude)),
             points,
-            stroke: [Stroke::Solid, Stroke::Dashed][k / 4 % 2],
-            colour: [BLUE, ORANGE, GREEN, GREY][k % 4],
+            stroke,
+            colour,
         }
     });
     figure("Steady loops", "displacement", "force", curves.collect())

@@ -88,6 +88,9 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Flagged) => ExitCode::from(3),
         Err(error) => {
+            if let Some(error) = error.downcast_ref::<clap::Error>() {
+                error.exit();
+            }
             say(&format!("{error:#}"));
             ExitCode::FAILURE
         }
@@ -135,22 +138,50 @@ fn write(file: Option<&Path>, text: &str) -> anyhow::Result<()> {
     })
 }
 
-/// Refuses an output file that is one of the input files, by whatever name or link.
-fn check_output(option: &str, output: Option<&Path>, inputs: &[&Path]) -> anyhow::Result<()> {
+/// Refuses an output file that is one of the input files, or another output, by whatever name or link.
+fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow::Result<()> {
     let identity = |file: &Path| std::fs::metadata(file).map(|data| (data.dev(), data.ino()));
-    for input in inputs {
-        if let Some(output) = output
-            && let (Ok(ours), Ok(theirs)) = (identity(output), identity(input))
-            && ours == theirs
-        {
+    // A file that is still to be made is known by its directory.
+    let place = |file: &Path| {
+        let directory = file.parent().map(|parent| Path::new(".").join(parent));
+        Some(directory?.canonicalize().ok()?.join(file.file_name()?))
+    };
+    let same = |a: &Path, b: &Path| match (identity(a), identity(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        (Err(_), Err(_)) => place(a).is_some_and(|a| Some(a) == place(b)),
+        _ => false,
+    };
+    let given = outputs
+        .iter()
+        .filter_map(|(option, output)| Some((option, (*output)?)));
+    let given: Vec<(&&str, &Path)> = given.collect();
+    for (k, (option, output)) in given.iter().enumerate() {
+        if let Some(input) = inputs.iter().find(|input| same(output, input)) {
             anyhow::bail!(
                 "{option}: {} is the input file {}, which it would overwrite",
                 output.display(),
                 input.display()
             );
         }
+        // A device (/dev/null) takes all.
+        let device = output.exists() && !output.is_file();
+        if let Some((other, _)) = given[..k].iter().find(|(_, other)| same(output, other))
+            && !device
+        {
+            anyhow::bail!(
+                "{option}: {} is the file of {other}, which it would overwrite",
+                output.display()
+            );
+        }
     }
     Ok(())
+}
+
+/// What clap cannot see by itself to be a wrong command line.
+fn wrong_use(words: impl std::fmt::Display) -> anyhow::Error {
+    Arguments::command()
+        .error(clap::error::ErrorKind::ValueValidation, words)
+        .into()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ mod patch;
 mod point;
 
 use crate::numbers;
-use crate::{Outcome, check_output, say, write};
+use crate::{Outcome, check_outputs, say, write};
 use anyhow::{Result, anyhow};
 use clap::{ArgAction, Subcommand};
 use mepc::{Kind, Law, default_state_size};
@@ -88,7 +88,7 @@ impl Common {
     }
 
     fn check_output(&self, inputs: &[&Path]) -> Result<()> {
-        check_output("--output", self.output.as_deref(), inputs)
+        check_outputs(&[("--output", self.output.as_deref())], inputs)
     }
 }
 

@@ -1,7 +1,7 @@
 //! CSV files: columns by name, and errors that name file, line and column.
 //!
-//! Lines that start with # and blank lines are skipped; the first other line is the header. Fields are separated by
-//! commas, or by semicolons or tabs if the header has no comma.
+//! The text is UTF-8, or else Latin-1. Lines that start with # and blank lines are skipped; the first other line is the
+//! header. Fields are separated by commas, or by semicolons or tabs if the header has no comma.
 
 use crate::{numbers, say};
 use anyhow::{Result, anyhow, bail};
@@ -27,16 +27,22 @@ impl Table {
     /// A file that cannot be read, no header, no rows, a name that appears twice, rows of another length than the header.
     pub fn read(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let text = if file == "-" {
-            let mut text = String::new();
-            std::io::stdin().read_to_string(&mut text).map(|_| text)
+        let bytes = if file == "-" {
+            let mut bytes = Vec::new();
+            std::io::stdin().read_to_end(&mut bytes).map(|_| bytes)
         } else {
-            std::fs::read_to_string(path)
+            std::fs::read(path)
         };
-        Self::parse(
-            file.clone(),
-            &text.map_err(|error| anyhow!("{file}: {error}"))?,
-        )
+        let bytes = bytes.map_err(|error| anyhow!("{file}: {error}"))?;
+        // Programs of test rigs write Latin-1, whose bytes are the first characters of Unicode.
+        let text = String::from_utf8(bytes).unwrap_or_else(|error| {
+            error
+                .as_bytes()
+                .iter()
+                .map(|&byte| char::from(byte))
+                .collect()
+        });
+        Self::parse(file, &text)
     }
 
     fn parse(file: String, text: &str) -> Result<Self> {

@@ -19,6 +19,12 @@ pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 /// As [`BLUE`].
 pub const GREY: RGBColor = RGBColor(120, 120, 120);
 
+/// A colour for part 0 to 1 of a family of curves, from dark to light (viridis, which the colour-blind see as well); its lightest
+/// end, too faint on white, is left out.
+pub fn ramp(part: f64) -> RGBColor {
+    ViridisRGB::get_color(0.9 * part)
+}
+
 /// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stroke {
@@ -76,6 +82,9 @@ const LEGEND_SIZE: i32 = 15;
 const LEGEND_SAMPLE: i32 = 34;
 /// What varies by less than this part of its size is flat: its variation is rounding, and no ticks could tell it apart.
 const FLAT: f64 = 1e-12;
+/// Characters of a tick's label, sign included, that fit beside the axis.
+const LABEL: usize = 7;
+const SUPERSCRIPT: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 /// Marks along a curve.
 const MARKS: usize = 42;
 
@@ -147,6 +156,9 @@ impl Figure {
         if self.equal_axes {
             stretch(&mut x, &mut y, f64::from(width) / f64::from(height));
         }
+        let (x_axis, y_axis) = (Axis::new(x, 10), Axis::new(y, 8));
+        let x_label = self.x_label.clone() + &x_axis.unit();
+        let y_label = self.y_label.clone() + &y_axis.unit();
         let mut chart = ChartBuilder::on(&canvas)
             .margin_top(top * FINE)
             .margin_left(MARGIN * FINE)
@@ -154,7 +166,7 @@ impl Figure {
             .margin_bottom(MARGIN * FINE)
             .x_label_area_size(BOTTOM_LABELS * FINE)
             .y_label_area_size(LEFT_LABELS * FINE)
-            .build_cartesian_2d(Axis::new(x, 10), Axis::new(y, 8))?;
+            .build_cartesian_2d(x_axis, y_axis)?;
         chart
             .configure_mesh()
             .bold_line_style(GRID.stroke_width(FINE as u32))
@@ -163,8 +175,8 @@ impl Figure {
             .set_all_tick_mark_size(5 * FINE)
             .label_style(font(TICK_SIZE))
             .axis_desc_style(font(AXIS_SIZE))
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
+            .x_desc(x_label)
+            .y_desc(y_label)
             .draw()?;
         // The axes through zero, where they are inside.
         let zero = GREY.stroke_width(FINE as u32);
@@ -326,17 +338,48 @@ struct Axis {
     range: [f64; 2],
     ticks: Vec<f64>,
     places: usize,
+    /// The labels are in this power of ten.
+    exponent: i32,
 }
 
 impl Axis {
     fn new(range: [f64; 2], most: usize) -> Axis {
         let ticks = ticks(range, most);
-        let places = places(&ticks);
-        Axis {
+        let mut axis = Axis {
             range,
+            places: places(&ticks),
             ticks,
-            places,
+            exponent: 0,
+        };
+        let labels = axis.ticks.iter().map(|tick| axis.format_ext(tick));
+        if labels.map(|label| label.chars().count()).max() > Some(LABEL) {
+            let largest = axis
+                .ticks
+                .iter()
+                .fold(0.0, |most: f64, t| most.max(t.abs()));
+            // A multiple of three, as units are named; the rounding of 1e-9 must not make it 999e-12.
+            axis.exponent = ((largest.log10() + 1e-9) / 3.0).floor() as i32 * 3;
+            let scaled: Vec<f64> = axis.ticks.iter().map(|tick| axis.scaled(*tick)).collect();
+            axis.places = places(&scaled);
         }
+        axis
+    }
+
+    fn scaled(&self, value: f64) -> f64 {
+        value / 10f64.powi(self.exponent)
+    }
+
+    /// What is to be added to the name of the axis.
+    fn unit(&self) -> String {
+        if self.exponent == 0 {
+            return String::new();
+        }
+        let exponent = self.exponent.to_string();
+        let digits = exponent.chars().map(|c| match c.to_digit(10) {
+            Some(digit) => SUPERSCRIPT[digit as usize],
+            None => '\u{207b}',
+        });
+        format!(", ticks in 10{}", digits.collect::<String>())
     }
 }
 
@@ -364,7 +407,7 @@ impl Ranged for Axis {
 
 impl ValueFormatter<f64> for Axis {
     fn format_ext(&self, value: &f64) -> String {
-        number(*value, self.places)
+        number(self.scaled(*value), self.places)
     }
 }
 
@@ -453,6 +496,42 @@ mod tests {
         assert_eq!(places(&[0.0, 10.0]), 0);
         assert_eq!(number(-0.0, 1), "0.0");
         assert_eq!(number(-2.5, 1), "\u{2212}2.5");
+    }
+
+    #[test]
+    fn long_labels_are_scaled() {
+        for (range, first, last, unit) in [
+            (
+                [-1.1e-9, 1.1e-9],
+                "\u{2212}1.0",
+                "1.0",
+                ", ticks in 10\u{207b}⁹",
+            ),
+            ([-6.6e8, 6.6e8], "\u{2212}600", "600", ", ticks in 10⁶"),
+            ([0.0, 3.1e302], "0", "300", ", ticks in 10³⁰⁰"),
+            (
+                [-2.2e-302, 2.2e-302],
+                "\u{2212}20",
+                "20",
+                ", ticks in 10\u{207b}³⁰³",
+            ),
+            // As they are where they fit.
+            ([-0.022, 0.022], "\u{2212}0.02", "0.02", ""),
+            ([-110000.0, 110000.0], "\u{2212}100000", "100000", ""),
+        ] {
+            let axis = Axis::new(range, 8);
+            let labels: Vec<String> = axis.ticks.iter().map(|t| axis.format_ext(t)).collect();
+            assert_eq!(labels[0], first);
+            assert_eq!(labels[labels.len() - 1], last);
+            assert!(labels.iter().all(|label| label.chars().count() <= LABEL));
+            assert_eq!(axis.unit(), unit);
+        }
+        let mut small = wave(false);
+        for point in &mut small.curves[0].points {
+            point[1] *= 1e-9;
+        }
+        small.curves.truncate(1);
+        assert!(small.svg().unwrap().contains("y (N), ticks in 10\u{207b}⁹"));
     }
 
     #[test]

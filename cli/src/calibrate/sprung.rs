@@ -7,7 +7,10 @@
 use mepc::backbone::{Backbone, PowerLaw};
 use mepc::iwan::least_squares::{Problem, minimise};
 use mepc::iwan::{Fit, Point, Record};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+
+/// Residuals below this part of the force are rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// What was found.
 pub struct SprungFit {
@@ -23,6 +26,10 @@ pub struct SprungFit {
     pub residual: f64,
     /// Root mean square residual.
     pub rms: f64,
+    /// Correlation of neighbouring residuals.
+    pub correlation: f64,
+    /// Of F_s, gcr, 1/K_e, the stiffness in gross slip and the mean force; None when the data do not determine them at all.
+    covariance: Option<DMatrix<f64>>,
 }
 
 impl SprungFit {
@@ -34,6 +41,15 @@ impl SprungFit {
     /// Displacement at gross slip, gcr + F_s / K_e.
     pub fn displacement(&self) -> f64 {
         self.gcr + self.force * self.compliance
+    }
+
+    /// Variance of a quantity with these derivatives by F_s, gcr, 1/K_e and the stiffness in gross slip.
+    pub fn variance(&self, derivatives: [f64; 4]) -> f64 {
+        let [force, gcr, compliance, residual] = derivatives;
+        let row = DVector::from_column_slice(&[force, gcr, compliance, residual, 0.0]);
+        self.covariance
+            .as_ref()
+            .map_or(f64::INFINITY, |covariance| (covariance * &row).dot(&row))
     }
 }
 
@@ -82,14 +98,47 @@ impl Sprung {
             .into_iter()
             .reduce(|a, b| if b.sum < a.sum { b } else { a })
             .expect("three starts");
+        let gcr = best.parameters[1].exp() * self.length;
+        let (compliance, stiffness) = (self.length / self.force, self.force / self.length);
+        let correlation = self.correlation(&best.parameters);
+        let count = self.points.len() as f64;
+        // As for the four parameters: residuals that go together count as n (1 - c)/(1 + c) independent ones.
+        let inflation = if correlation > 3.0 / count.sqrt() {
+            (1.0 + correlation) / (1.0 - correlation).max(1e-3)
+        } else {
+            1.0
+        };
+        let variance = best.sum / (count - self.bounds().len() as f64) * inflation;
+        let units =
+            DVector::from_column_slice(&[self.force, gcr, compliance, stiffness, self.force]);
         SprungFit {
             chi: self.chi,
             force: best.parameters[0] * self.force,
-            gcr: best.parameters[1].exp() * self.length,
-            compliance: best.parameters[2] * self.length / self.force,
-            residual: best.parameters[3] * self.force / self.length,
-            rms: (best.sum / self.points.len() as f64).sqrt() * self.force,
+            gcr,
+            compliance: best.parameters[2] * compliance,
+            residual: best.parameters[3] * stiffness,
+            rms: (best.sum / count).sqrt() * self.force,
+            correlation,
+            covariance: best
+                .normal
+                .try_inverse()
+                .map(|inverse| inverse.component_mul(&(&units * units.transpose())) * variance),
         }
+    }
+
+    /// Correlation of neighbouring residuals, branch by branch; none where all is rounding.
+    fn correlation(&self, unknowns: &DVector<f64>) -> f64 {
+        let mut gradient = [0.0; 5];
+        let residuals: Vec<f64> = (0..self.points.len())
+            .map(|index| self.residual(unknowns, index, &mut gradient))
+            .collect();
+        let square: f64 = residuals.iter().map(|r| r * r).sum();
+        if square <= residuals.len() as f64 * ROUNDING * ROUNDING {
+            return 0.0;
+        }
+        let same_branch = |k: &usize| self.points[*k].sign == self.points[k - 1].sign;
+        let pairs = (1..residuals.len()).filter(same_branch);
+        pairs.map(|k| residuals[k] * residuals[k - 1]).sum::<f64>() / square
     }
 
     /// H(u) and its derivatives by F, ln gcr and C.
