@@ -79,7 +79,8 @@ fn loops(
 
 /// Normal noise of this standard deviation.
 fn noisy(force: &[f64], deviation: f64, seed: u64) -> Vec<f64> {
-    let mut random = fastrand::Rng::with_seed(seed);
+    // The generators of neighbouring seeds start alike, their forks do not.
+    let mut random = fastrand::Rng::with_seed(seed).fork();
     force
         .iter()
         .map(|f| {

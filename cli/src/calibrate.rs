@@ -334,7 +334,7 @@ impl Calibration {
             if case.sprung.correlation > CORRELATED {
                 warnings.push(format!(
                     "{}: neighbouring residuals are alike (correlation {:.2}): the loop is not quite that of a contact with \
-                     chi = {} behind a spring; the standard errors allow for it",
+                     chi = {} behind a spring; the standard errors are enlarged as for noise of that kind, a bias is not in them",
                     case.file, case.sprung.correlation, arguments.chi
                 ));
             }
