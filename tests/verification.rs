@@ -1,4 +1,4 @@
-//! Verification: the values that the law must give, one function per item of the project's list.
+//! Verification: the values that the law must give, one function or more per item of docs/verification.md.
 //!
 //! Expected values are printed digits (held to 1e-6), closed forms (1e-12), Masing's rules and the brute-force
 //! slip elements of `mepc-oracle`; none comes from the library. Slip in critical slips, traction in mu p unless said.
