@@ -270,7 +270,7 @@ impl Calibration {
                 let one = case.sprung.force / case.preload;
                 if (one / mu.value - 1.0).abs() > 0.05 {
                     warnings.push(format!(
-                        "{}: F_s/P = {one:.3}, the others say {:.3}: mu depends on the preload, or a preload is wrong",
+                        "{}: F_s/P = {one:.3}, all loops together {:.3}: mu depends on the preload, or a preload is wrong",
                         case.file, mu.value
                     ));
                 }

@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(value_enum)]
     host: Host,
     #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = props::entry, help = props::HELP)]
+        allow_hyphen_values = true, value_parser = numbers::argument, help = props::HELP)]
     props: Vec<f64>,
     /// Tangential directions: 2 for surfaces, 1 for plane models.
     #[arg(long, default_value_t = 2, value_parser = |text: &str| numbers::whole::<u8>(text, 1..=2))]

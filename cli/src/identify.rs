@@ -1,6 +1,6 @@
 //! `mepc identify`: a measured loop to the four parameters of the improved Iwan model.
 
-use crate::numbers::{self, exact, short};
+use crate::numbers::{self, short};
 use crate::table::Table;
 use crate::{Outcome, check_outputs, print, say, write, wrong_use};
 use anyhow::{Context, Result, anyhow, bail};
@@ -536,9 +536,14 @@ impl Report<'_> {
             equal_axes: false,
         };
         let values = fit.joint.parameters().map(short).join(", ");
+        let flag = if fit.is_reliable() {
+            ""
+        } else {
+            " (not reliable)"
+        };
         mepc_plot::stacked(&[
             figure(
-                format!("F_s, X_s, k_alpha, kappa: {values}"),
+                format!("F_s, X_s, k_alpha, kappa: {values}{flag}"),
                 "force (N)",
                 vec![
                     curve("data", data, Stroke::Solid, GREY),
@@ -561,10 +566,4 @@ fn bracket(unit: &str) -> String {
     } else {
         format!("({unit})")
     }
-}
-
-/// The loop as CSV lines, for other commands.
-pub fn csv_line(values: &[f64]) -> String {
-    let fields: Vec<String> = values.iter().map(|&value| exact(value)).collect();
-    fields.join(",") + "\n"
 }

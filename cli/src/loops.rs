@@ -1,8 +1,8 @@
 //! `mepc loop`: from parameters to loops, energy per cycle and damping.
 
-use crate::identify::csv_line;
 use crate::numbers::{self, exact, short};
 use crate::replay::{Motion, Patch, Points, Springs};
+use crate::table::csv_line;
 use crate::{Outcome, check_outputs, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", allow_hyphen_values = true, value_parser = joint)]
     iwan: Option<Iwan>,
     #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = props::entry, help = props::HELP, requires = "preload")]
+        allow_hyphen_values = true, value_parser = numbers::argument, help = props::HELP, requires = "preload")]
     props: Option<Vec<f64>>,
     /// Normal force on the contact (with --props).
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]

@@ -81,10 +81,6 @@ pub fn exact(value: f64) -> String {
 
 /// Six significant digits.
 pub fn short(value: f64) -> String {
-    digits(value, 6)
-}
-
-fn digits(value: f64, count: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 && value.is_sign_negative() {
             "-0".to_string()
@@ -92,7 +88,7 @@ fn digits(value: f64, count: i32) -> String {
             value.to_string()
         };
     }
-    let scientific = format!("{value:.*e}", (count - 1) as usize);
+    let scientific = format!("{value:.5e}");
     let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let trim = |text: &str| {
@@ -102,8 +98,8 @@ fn digits(value: f64, count: i32) -> String {
             text.to_string()
         }
     };
-    if (-4..count).contains(&exponent) {
-        trim(&format!("{value:.*}", (count - 1 - exponent) as usize))
+    if (-4..6).contains(&exponent) {
+        trim(&format!("{value:.*}", (5 - exponent) as usize))
     } else {
         let sign = if exponent < 0 { '-' } else { '+' };
         format!("{}e{sign}{:02}", trim(mantissa), exponent.abs())

@@ -43,11 +43,3 @@ pub fn complete(properties: &Properties) -> Vec<f64> {
 pub fn list(props: &[f64]) -> Vec<String> {
     props.iter().map(|&value| numbers::exact(value)).collect()
 }
-
-/// One property for clap.
-///
-/// # Errors
-/// No number.
-pub fn entry(text: &str) -> Result<f64, String> {
-    numbers::argument(text)
-}

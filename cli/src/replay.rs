@@ -60,7 +60,7 @@ enum Mode {
 #[derive(clap::Args)]
 struct Common {
     #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = crate::props::entry, help = crate::props::HELP)]
+        allow_hyphen_values = true, value_parser = crate::numbers::argument, help = crate::props::HELP)]
     props: Vec<f64>,
     /// Length of the state array (default: what the library recommends).
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1_000_000))]

@@ -215,6 +215,12 @@ impl Table {
     }
 }
 
+/// A row of numbers as a line of CSV.
+pub fn csv_line(values: &[f64]) -> String {
+    let fields: Vec<String> = values.iter().map(|&value| numbers::exact(value)).collect();
+    fields.join(",") + "\n"
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -339,8 +339,9 @@ fn no_gross_slip_is_flagged() {
         "--output",
         "small.csv",
     ]);
-    let run = tool.run(&["identify", "small.csv", "--json"]);
+    let run = tool.run(&["identify", "small.csv", "--json", "--picture", "small.svg"]);
     assert_eq!(run.code, 3, "{}", run.errors);
+    assert!(tool.read("small.svg").contains("(not reliable)"));
     assert!(
         run.errors.contains("warning: no gross slip"),
         "{}",
@@ -504,11 +505,13 @@ fn replay_complains_as_the_c_driver_does() {
     );
     std::os::unix::fs::symlink("good.csv", tool.path("soft.csv")).expect("a link");
     std::fs::hard_link(tool.path("good.csv"), tool.path("hard.csv")).expect("a link");
+    tool.write("huge.csv", "x,y,area,pressure\n0,0,1e308,1000\n");
+    tool.write("moved.csv", "time,displacement_1\n0,0.001\n");
     let props = ["--props", "0.3,0.002"];
     let overwrite = |output: &str, input: &str| {
         format!("--output: {output} is the input file {input}, which it would overwrite\n")
     };
-    let cases: [(&[&str], &[&str], i32, String); 12] = [
+    let cases: [(&[&str], &[&str], i32, String); 13] = [
         (&["point", "good.csv"], &props, 0, String::new()),
         (
             &["point", "mistyped.csv"],
@@ -523,6 +526,12 @@ fn replay_complains_as_the_c_driver_does() {
             "note: motion.csv:1: columns not used: Rotation\n\
              note: patch.csv:1: columns not used: id\n"
                 .to_string(),
+        ),
+        (
+            &["patch", "huge.csv", "moved.csv"],
+            &props,
+            1,
+            "moved.csv:2: step 1: the result is not a finite number\n".to_string(),
         ),
         (
             &["point", "escape.csv"],

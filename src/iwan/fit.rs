@@ -351,7 +351,8 @@ impl Record {
     }
 }
 
-fn bad(words: &str) -> Error {
+/// The refusal of forces.
+pub(super) fn bad(words: &str) -> Error {
     Error::new(Kind::BadInput, format!("force: {words}"))
 }
 

@@ -5,7 +5,7 @@
 //! rough: where the data leave the line is a matter of tolerance (X_s comes out some per cent short, the more the larger
 //! chi), and the logarithms weigh the smallest differences most.
 
-use super::fit::{Fit, student, two_lines};
+use super::fit::{Fit, bad, student, two_lines};
 use super::record::Record;
 use super::{CHI_OFFSET, Iwan};
 use crate::error::{Error, Kind};
@@ -132,10 +132,6 @@ impl Record {
             })
             .collect()
     }
-}
-
-fn bad(words: &str) -> Error {
-    Error::new(Kind::BadInput, format!("force: {words}"))
 }
 
 /// The residual lines of both sides, with one slope.

@@ -5,8 +5,7 @@
 //! where that does not help. Every trial starts from the states of the last accepted step.
 
 use super::{Common, Springs};
-use crate::identify::csv_line;
-use crate::table::Table;
+use crate::table::{Table, csv_line};
 use anyhow::{Result, anyhow, bail};
 use mepc::state::Contact;
 use mepc::{Law, Matrix, Vector};
@@ -390,6 +389,13 @@ fn replay<const N: usize>(
         values.extend([patch.stored, patch.dissipated]);
         values.extend(patch.counts().map(|count| count as f64));
         values.push(iterations as f64);
+        if !values.iter().all(|value| value.is_finite()) {
+            bail!(
+                "{}: step {}: the result is not a finite number",
+                history.place(row),
+                row + 1
+            );
+        }
         text += &csv_line(&values);
     }
     Ok((text, patch.forgotten))

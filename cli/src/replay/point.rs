@@ -1,8 +1,7 @@
 //! One point under prescribed slip and pressure: the shortest complete use of the friction form.
 
 use super::Common;
-use crate::identify::csv_line;
-use crate::table::Table;
+use crate::table::{Table, csv_line};
 use anyhow::{Result, anyhow};
 use mepc::Vector;
 use std::path::Path;
