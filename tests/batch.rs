@@ -177,7 +177,7 @@ fn a_batch_returns_the_worst_status_and_leaves_failed_points_alone() {
         let mut batch = Batch::new(ndir, 700);
         let nstate = batch.law.nstate;
         batch.state0[300 * nstate + 7] = 0.5; // -3
-        batch.state0[301 * nstate + 7] = 0.5;
+        batch.state0[600 * nstate + 7] = 0.5; // in another thread's share
         let [(worst, _, statuses), (interface_worst, ..)] = batch.compare();
         assert_eq!((worst, interface_worst), (BAD_STATE, BAD_STATE));
         assert_eq!(

@@ -273,6 +273,36 @@ fn lm_protocol_of_the_lagrange_method() {
     }
 }
 
+/// A slip that turns sticks again, unless the multiplier has reached the limit in the new direction already: then the point
+/// slips on there.
+#[test]
+fn a_turn_of_the_slip_sticks_unless_the_multiplier_goes_with_it() {
+    let (p, slip) = (40.0, 1e-3 * GCR);
+    let limit = MU * p;
+    for nfdir in [1, 2] {
+        let along = |size: f64| vec![size / (nfdir as f64).sqrt(); nfdir];
+        let mut slipping = Call::new(&with(&props(), 4, 2.0), nfdir, default_state(nfdir));
+        slipping.step(&along(slip), p);
+        assert_eq!(slipping.lm, 0);
+        for (multiplier, lm) in [
+            (-1.1 * limit, 0),
+            (-0.9 * limit, 1), // not beyond
+            (1.1 * limit, 1),  // beyond, but in the old direction
+        ] {
+            let mut turned = slipping.with(&along(-slip), p);
+            turned.taulm = along(multiplier);
+            turned.run();
+            assert_eq!(turned.lm, lm, "multiplier {multiplier}");
+            if lm == 0 {
+                for (tau, expected) in turned.tau.iter().zip(along(-limit)) {
+                    assert_relative_eq!(*tau, expected, max_relative = 1e-12);
+                }
+                assert_relative_eq!(turned.sfd, limit * slip, max_relative = 1e-12);
+            }
+        }
+    }
+}
+
 /// A cycle of the rigid law, the test being the Lagrange host: the loop's area is 4 mu p A.
 #[test]
 fn lagrange_cycle() {
@@ -625,6 +655,48 @@ fn points_of_several_contacts_in_several_threads() {
             assert_eq!(worker.join().expect("no panic"), alone);
         }
     });
+}
+
+/// Kilobytes of this process that are in memory.
+#[cfg(target_os = "linux")]
+fn resident() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("a process");
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"));
+    let number = line.and_then(|line| line.split_whitespace().nth(1));
+    number.and_then(|n| n.parse().ok()).expect("a number")
+}
+
+/// A host whose properties never repeat (fields, temperatures) must not fill the memory with laws.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_thread_keeps_a_limited_number_of_laws() {
+    child("many_laws", &[]);
+}
+
+/// In a process of its own: what other tests take would count.
+#[test]
+#[cfg(target_os = "linux")]
+#[ignore = "run by a_thread_keeps_a_limited_number_of_laws"]
+fn many_laws() {
+    let call = |k: u32| {
+        let props = with(&power(MU, GCR * (1.0 + 1e-6 * f64::from(k)), 2.5), 9, 64.0);
+        let mut point = Call::new(&props, 2, 8 + 2 * 64 + 3 * 8);
+        point.step(&[1e-4, 0.0], 40.0);
+        point
+    };
+    let first = call(0);
+    for k in 1..1000 {
+        call(k);
+    }
+    let before = resident();
+    for k in 1000..9000 {
+        call(k);
+    }
+    // A law of 64 base knots has some 10 kB: all of them would be 80 MB.
+    let grown = resident().saturating_sub(before);
+    assert!(grown < 20_000, "{grown} kB more");
+    // One that was given up is made anew.
+    assert_eq!(call(0), first);
 }
 
 fn increment(k: usize, nfdir: usize) -> (Vec<f64>, f64) {

@@ -325,12 +325,14 @@ fn rigid_stick_loses_the_energy_that_a_memory_held() {
 #[test]
 fn an_element_that_touches_its_limit_stays() {
     let paths = [
-        (3.0, [[0.125, -0.375], [-0.25, 0.0], [0.25, 0.0]]),
-        (16.0, [[-0.25, -0.125], [0.375, -0.125], [-0.25, 0.0]]),
+        (2.5, 3.0, [[0.125, -0.375], [-0.25, 0.0], [0.25, 0.0]]),
+        (2.5, 16.0, [[-0.25, -0.125], [0.375, -0.125], [-0.25, 0.0]]),
+        // It is one of the base grid, which is k / 8.
+        (2.0, 8.0, [[1.0, 0.75], [-0.5, -1.0], [0.5, 0.25]]),
     ];
-    for (base_knots, path) in paths {
+    for (chi, base_knots, path) in paths {
         let last = |shift: [f64; 2]| {
-            let mut point = Point::<2>::new(&with(&unit(2.5), 9, base_knots));
+            let mut point = Point::<2>::new(&with(&unit(chi), 9, base_knots));
             let mut response = None;
             for (k, slip) in path.into_iter().enumerate() {
                 let slip = if k == 2 {
@@ -348,6 +350,34 @@ fn an_element_that_touches_its_limit_stays() {
             assert_abs_diff_eq!(exact.traction, near.traction, epsilon = 1e-9);
             assert_abs_diff_eq!(exact.stored, near.stored, epsilon = 1e-9);
             assert_abs_diff_eq!(exact.dtraction_dslip, near.dtraction_dslip, epsilon = 1e-6);
+        }
+    }
+}
+
+/// Gross slip, then a step across it: all slip elements move along their limits, outwards or inwards by no more than rounding. They
+/// turn as a whole: what sticks by rounding must not make a front, whose place would be noise and whose speed anything.
+#[test]
+fn elements_that_move_along_their_limits_turn_together() {
+    let seed = 117;
+    println!("seed {seed}");
+    let mut random = fastrand::Rng::with_seed(seed);
+    for (chi, base) in [(2.0, 3), (2.5, 16), (1.5, 16), (2.5, 64)] {
+        let props = with(&unit(chi), 9, f64::from(base));
+        // The weights of the base knots add up to the secant of f over the first segment.
+        let first = 1.0 - (1.0 - 1.0 / f64::from(base)).powf(2.0 / chi);
+        let stiffness = (1.0 - (1.0 - first).powf(chi)) / first;
+        for _ in 0..2000 {
+            let mut point = Point::<2>::new(&props);
+            let n = turned([1.0, 0.0], 7.0 * random.f64());
+            point.step(n.map(|x| 2.0 * x), 1.0);
+            // On the circle of the last element, or straight on, which is outwards.
+            let across = decades(&mut random, -16.0, -6.0);
+            let back = [0.0, 0.5 * across * across][random.usize(0..2)];
+            let step = [-across * n[1] - back * n[0], across * n[0] - back * n[1]];
+            let tangent = point.step(step, 1.0).dtraction_dslip;
+            let n = Vector::from(n);
+            let expected = (Matrix::identity() - n * n.transpose()) * stiffness;
+            assert_abs_diff_eq!(tangent, expected, epsilon = 1e-4 * chi);
         }
     }
 }
@@ -629,6 +659,7 @@ fn corrupt_states_are_refused_and_nothing_is_written() {
         refused("knot beyond one", floats + (count as usize - 1) * knot, 1.0);
         refused("unordered knots", floats + knot, 0.5 * first);
         refused("equal knots", floats + knot, first);
+        refused("knots of rounding apart", floats + knot, first.next_up());
         assert!(second > first);
         for (what, slot) in [
             ("base deflection", floats - N),
@@ -715,6 +746,41 @@ fn memory_full_is_reported_when_a_reversal_is_dropped() {
     assert!(!spiral::<1>(25, 4).contains(&true));
 }
 
+/// A state with room for everything is followed as long as nothing is said: who reads the advice knows what a result is worth.
+#[test]
+fn a_short_state_goes_its_own_way_only_after_it_has_reported_full() {
+    fn check<const N: usize>(props: &[f64], random: &mut fastrand::Rng) -> u32 {
+        let base = if N == 1 { 1 } else { 16 };
+        let size = |floating: usize| 8 + base * N + floating * (1 + N);
+        let mut differ = 0;
+        for _ in 0..400 {
+            let mut short = Point::<N>::with_state_size(props, size(2));
+            let mut roomy = Point::<N>::with_state_size(props, size(64));
+            for _ in 0..8 {
+                let slip = slip(random);
+                let (a, b) = (short.step(slip, 1.0), roomy.step(slip, 1.0));
+                assert!(!b.memory_full);
+                let difference = (a.traction - b.traction).norm();
+                if a.memory_full {
+                    differ += u32::from(difference > 1e-9);
+                    break;
+                }
+                assert!(difference < 1e-9, "{difference:e} {:?}", short.slip);
+            }
+        }
+        differ
+    }
+    let seed = 115;
+    println!("seed {seed}");
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut differ = 0;
+    for props in laws() {
+        differ += check::<1>(&props, &mut random) + check::<2>(&props, &mut random);
+    }
+    println!("{differ} differ with the step that reports it");
+    assert!(differ > 100);
+}
+
 /// What is dropped from a full memory is the smallest loop: the large ones keep their place.
 #[test]
 fn the_least_important_reversal_is_dropped() {
@@ -736,6 +802,38 @@ fn the_least_important_reversal_is_dropped() {
         assert!(full > 5);
         assert!(worst < tolerance);
     }
+}
+
+/// Masing's rules: besides the front a branch remembers the reversals of the loops that are open. With chi = 1 there is one slip
+/// element, and a reversal tells nothing that the traction does not.
+#[test]
+fn closed_loops_are_forgotten() {
+    fn check<const N: usize>(direction: [f64; N]) {
+        let mut point = Point::<N>::new(&unit(2.5));
+        for (s, floating_knots) in [
+            (0.8, 1.0),
+            (-0.2, 2.0),
+            (0.3, 3.0),
+            (-0.2, 2.0),
+            (0.1, 3.0),
+            (-0.8, 1.0),
+            (0.8, 1.0),
+            (-0.3, 2.0),
+            (-3.0, 0.0),
+        ] {
+            point.move_to(direction.map(|x| s * x), 1.0);
+            assert_eq!(point.state[7], floating_knots, "at {s}");
+        }
+        let mut line = Point::<N>::new(&with(&unit(1.0), 9, 1.0));
+        let mut random = fastrand::Rng::with_seed(116);
+        for _ in 0..300 {
+            let s = signed(&mut random);
+            line.move_to(direction.map(|x| s * x), 1.0);
+            assert!(line.state[7] <= 1.0, "{} at {s}", line.state[7]);
+        }
+    }
+    check([1.0]);
+    check([0.6, -0.8]);
 }
 
 /// Numbers at the edges of the format and random bits: an error or finite values, never a panic.

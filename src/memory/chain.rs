@@ -191,3 +191,87 @@ impl<const N: usize> Chain<N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backbone::{Backbone, PowerLaw};
+    use crate::memory::Vector;
+
+    /// Two fronts one after the other, below these base knots, on a grid of 0.25, 0.5, 0.75, 1; what lies between them sticks or
+    /// slips.
+    fn two_fronts(sticks_between: bool, places: [(f64, usize); 2]) -> Chain<2> {
+        let backbone = PowerLaw::new(2.0);
+        let grid = Grid::<2>::new(&backbone, 4);
+        let end = Curve::virgin(4);
+        let mut chain = Chain::new();
+        for ((r, k), stick_above) in places.into_iter().zip([sticks_between, !sticks_between]) {
+            let front = Front {
+                r,
+                n: Vector::from([0.6, 0.8]),
+                stick_above,
+                gain: 1.0,
+                inner: Vector::zeros(),
+            };
+            chain.place(&front, &backbone.at(r), k, &grid, &end);
+        }
+        chain
+    }
+
+    #[test]
+    fn fronts_apart_stay_two() {
+        for sticks_between in [true, false] {
+            let chain = two_fronts(sticks_between, [(0.3, 1), (0.4, 1)]);
+            assert!(chain.knots.iter().all(|knot| knot.is_front));
+            assert_eq!((chain.knots.len(), chain.fronts.len()), (2, 2));
+            assert!(chain.strays.is_empty());
+        }
+    }
+
+    /// What stuck between two fronts in one place is gone with them; what slipped there touches its limit and sticks.
+    #[test]
+    fn two_fronts_in_one_place_are_none() {
+        for sticks_between in [true, false] {
+            let chain = two_fronts(sticks_between, [(0.3, 1), (0.3 + 0.1 * SAME, 1)]);
+            assert!(chain.fronts.is_empty() && chain.strays.is_empty());
+            let left: Vec<_> = chain
+                .knots
+                .iter()
+                .map(|knot| (knot.r, knot.is_front))
+                .collect();
+            assert_eq!(
+                left,
+                if sticks_between {
+                    vec![]
+                } else {
+                    vec![(0.3, false)]
+                }
+            );
+        }
+    }
+
+    /// The same on a base knot, from below, from above, and from both sides.
+    #[test]
+    fn two_fronts_on_one_base_knot_are_none() {
+        let (below, above) = ((0.5 - 0.1 * SAME, 1), (0.5 + 0.1 * SAME, 2));
+        for places in [[below, below], [below, above], [above, above]] {
+            for sticks_between in [true, false] {
+                let chain = two_fronts(sticks_between, places);
+                assert!(chain.knots.is_empty() && chain.fronts.is_empty());
+                let touching: Vec<_> = chain
+                    .strays
+                    .iter()
+                    .map(|stray| (stray.k, stray.lost == Lost::Touching))
+                    .collect();
+                assert_eq!(
+                    touching,
+                    if sticks_between {
+                        vec![]
+                    } else {
+                        vec![(1, true)]
+                    }
+                );
+            }
+        }
+    }
+}

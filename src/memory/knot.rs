@@ -204,3 +204,25 @@ pub(super) fn weight<const N: usize>(
     let kink = (knot.f - below.f) * high - (above.f - knot.f) * low;
     (super::length(&off) * kink.abs(), low * high * (low + high))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slipping knot at its limit below one that is this much inside its own: the segment between them meets the yield boundary,
+    /// or lies along it.
+    fn beside_the_boundary<const N: usize>(n: Vector<N>, inside: f64) -> Option<Front<N>> {
+        let below = Trial::new(0.3, n * 0.3, 0.0, true);
+        let above = Trial::new(0.6, n * (0.6 - inside), 0.0, false);
+        front(&below, &above, &(n * 1e-3))
+    }
+
+    #[test]
+    fn a_segment_along_the_yield_boundary_has_no_front() {
+        for (inside, is_there) in [(1e-5, true), (1e-10, false), (0.0, false)] {
+            let line = beside_the_boundary(Vector::from([-1.0]), inside);
+            let plane = beside_the_boundary(Vector::from([0.6, 0.8]), inside);
+            assert_eq!((line.is_some(), plane.is_some()), (is_there, is_there));
+        }
+    }
+}

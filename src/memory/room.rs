@@ -107,3 +107,36 @@ impl<const N: usize> Curve<N> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backbone::PowerLaw;
+
+    /// A knot that slips is gone at the end of the step anyway: dropping it makes no room, however little it matters.
+    #[test]
+    fn only_a_knot_that_sticks_is_dropped() {
+        let backbone = PowerLaw::new(2.5);
+        let grid = Grid::<1>::new(&backbone, 1);
+        let mut curve = Curve::virgin(1);
+        // The first lies on the line between its neighbours: it does not matter at all.
+        for (r, e) in [(0.3, 0.1), (0.6, 0.2)] {
+            curve.push_floating(r, Vector::from([e]), 0);
+        }
+        let mut step = Step {
+            backbone: &backbone,
+            grid: &grid,
+            start: &mut curve,
+            d: &Vector::from([0.1]),
+            moves: true,
+            base_slips: 0,
+            floating_slips: 0b01,
+        };
+        let mut full = false;
+        assert!(step.drop_least(&mut full) && full);
+        assert_eq!(step.start.floating.len(), 1);
+        assert_eq!(step.start.floating[0].r, 0.3);
+        assert!(!step.drop_least(&mut full), "none that sticks is left");
+        assert_eq!(step.start.floating.len(), 1);
+    }
+}

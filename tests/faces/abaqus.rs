@@ -3,7 +3,7 @@
 use crate::fortran::{program, run};
 
 /// Words of the messages, in the order of tests/fortran/refusals.f90, and the level that the host hears.
-const MESSAGES: [(&str, &str, &str); 8] = [
+const MESSAGES: [(&str, &str, &str); 9] = [
     (
         "-2",
         "mepc UINTER: contact FEW, node 7, step 2, increment 5:",
@@ -44,7 +44,15 @@ const MESSAGES: [(&str, &str, &str); 8] = [
         "mepc VFRICTION: contact BOLT, node 21, step 3, increment 4:",
         "area of the contact point = 0",
     ),
+    (
+        "-3",
+        "mepc VFRICTION: contact LLLL",
+        "area of the contact point = -0.000",
+    ),
 ];
+
+/// The longest text that the host's routine takes.
+const LONGEST: usize = 500;
 
 #[test]
 fn refusals_of_the_routines() {
@@ -84,4 +92,6 @@ fn refusals_go_through_the_host_s_routine() {
             "{line}"
         );
     }
+    let longest = lines.iter().map(|line| line.len()).max();
+    assert_eq!(longest, Some("HOST -3: ".len() + LONGEST), "{said}");
 }

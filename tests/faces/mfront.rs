@@ -483,13 +483,12 @@ fn every_operator_request() {
                 assert_eq!(written(&point), before, "{behaviour} {what}");
                 let k = point.stiffness();
                 if what == "tangent" {
-                    // Only the traction's share of the pressure is added to what sticks.
-                    let tau = &point.forces[0];
-                    assert!(tau.iter().any(|t| *t != 0.0));
+                    // Only the traction's share of the pressure, tau / p, is added to what sticks.
+                    let tau = point.traction(0);
                     let mut expected = diagonal(-0.002);
                     for i in 1..n {
-                        expected[i * n] = k[i * n];
-                        assert!(k[i * n] != 0.0, "no share of the pressure");
+                        assert!(tau[i] != 0.0);
+                        expected[i * n] = -kn * tau[i] / pressure(-0.002);
                     }
                     close(&k, &expected, what);
                 } else {
@@ -538,6 +537,42 @@ fn every_operator_request() {
             assert_eq!(point.call(CONSISTENT), 1);
             point.properties[0] = -1.0;
             assert_eq!(point.call(CONSISTENT), -1);
+        }
+    }
+}
+
+/// Falling pressure takes traction away: along a slip that goes on the secant would be negative, along one that turns
+/// steeper than what sticks.
+#[test]
+fn the_secant_is_not_negative_nor_steeper_than_what_sticks() {
+    let props = props();
+    let (kn, gap0, mu, gcr, chi) = (props[6], props[7], props[0], props[1], props[2]);
+    for behaviour in BEHAVIOURS {
+        for hypothesis in HYPOTHESES {
+            let n = 1 + hypothesis.directions();
+            let mut point = Point::new(behaviour, hypothesis, &props, 0.4);
+            let opening = |normal: f64, slip: f64| [normal, slip, -0.4 * slip][..n].to_vec();
+            let slip = 0.0009;
+            point
+                .step(&opening(-0.002, slip), NO_OPERATOR)
+                .expect("a first step");
+            let normal = -0.0015;
+            let sticking = -chi * mu * kn * (normal + gap0) / gcr;
+            for (further, expected) in [(1e-5, 0.0), (-1e-5, sticking)] {
+                point.open(&opening(normal, slip + further));
+                assert_eq!(point.call(SECANT), 1);
+                let rise = (point.traction(1)[1] - point.traction(0)[1]) / further;
+                assert!(!(0.0..=sticking).contains(&rise), "nothing to clamp");
+                let k = point.stiffness();
+                for (i, j) in (1..n).flat_map(|i| (1..n).map(move |j| (i, j))) {
+                    let expected = if i == j { expected } else { 0.0 };
+                    assert!(
+                        (k[i * n + j] - expected).abs() <= 1e-10 * sticking,
+                        "{behaviour}: {} {expected}",
+                        k[i * n + j]
+                    );
+                }
+            }
         }
     }
 }

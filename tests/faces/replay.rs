@@ -162,11 +162,14 @@ fn every_face_gives_the_same_numbers() {
 
         let expected = without_tangent(&friction, n);
         for face in ["vfric", "vfriction"] {
-            let rows = numbers(&caller(face), &[], &input);
-            for point in 0..POINTS {
-                let rows: Vec<Vec<f64>> =
-                    rows.iter().skip(point).step_by(POINTS).cloned().collect();
-                history.compare(&format!("{face}, point {point}"), n, &rows, &expected);
+            for directions in ["global", "contact"] {
+                let rows = numbers(&caller(face), &[directions], &input);
+                for point in 0..POINTS {
+                    let rows: Vec<Vec<f64>> =
+                        rows.iter().skip(point).step_by(POINTS).cloned().collect();
+                    let face = format!("{face}, {directions} directions, point {point}");
+                    history.compare(&face, n, &rows, &expected);
+                }
             }
         }
 

@@ -335,8 +335,9 @@ fn input(ndir: usize, nstate: usize, props: &str) -> String {
     )
 }
 
-/// Bad input that the caller passes on: layout, sizes and properties, and words of the message.
-const BAD: [(&str, usize, usize, &str, &str); 5] = [
+/// Bad input that the caller passes on: layout, sizes and properties, and words of the message. The caller's arrays are those of
+/// the layout, whatever PROPS(13) says.
+const BAD: [(&str, usize, usize, &str, &str); 9] = [
     (
         "0",
         2,
@@ -348,6 +349,34 @@ const BAD: [(&str, usize, usize, &str, &str); 5] = [
     ("0", 1, 25, "-0.3 0.002", "PROPS(1) mu = -0.3"),
     ("0", 2, 64, "0.3 0", "PROPS(2) gcr = 0"),
     ("7", 2, 64, "0.3 0.002", "PROPS(13) layout = 7"),
+    (
+        "0",
+        2,
+        64,
+        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0 0",
+        "PROPS(14) scale = 0",
+    ),
+    (
+        "2",
+        2,
+        64,
+        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 2 1 0",
+        "PROPS(15) thickness = 0",
+    ),
+    (
+        "0",
+        2,
+        64,
+        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0 1 0 2",
+        "PROPS(16) tangent = 2",
+    ),
+    (
+        "1",
+        2,
+        64,
+        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0",
+        "NTENS = 6: PROPS(13) layout 0",
+    ),
 ];
 
 #[test]

@@ -39,6 +39,8 @@ program call_umat
     end select
     props(13) = layout
     props(14) = scale
+    ! Given, they need not be those of the layout.
+    if (m%nprops > 12) props(13:m%nprops) = m%props(13:)
     allocate (stress(ntens), ddsdde(ntens, ntens), stran(ntens), dstran(ntens))
     allocate (statev(m%nstate), source=0.0_real64)
     before = 0

@@ -24,7 +24,7 @@ program call_vfric
     allocate (force(m%ndir, points), slip(ndim, points), along(ndim, points), normal(ndim, points))
     area_slave = untouched
     area_slave(slave) = area
-    normal = c%frame(:ndim, 1, :)
+    normal = c%host_direction(c%frame(:, 1, :))
     before = 0
     none = 0
     facets = 1
@@ -32,8 +32,8 @@ program call_vfric
         call next_step(m, total, pressure)
         call c%move(total - before)
         before = total
-        slip = c%slip(:ndim, :)
-        along = c%along(:ndim, :)
+        slip = c%host_slip()
+        along = c%host_direction(c%along)
         f_normal = pressure * area
         force = untouched
         call vfric(force, statev, 1_int32, step, int(points, int32), 4_int32, nodes, 4_int32, m%ndir, ndim, m%nstate, &

@@ -20,7 +20,7 @@ program call_vfriction
     allocate (state(m%nstate, states, block), source=untouched)
     state(:, 1, :) = 0
     allocate (force(m%ndir, points), slip(ndim, points), along(ndim, points), normal(ndim, points))
-    normal = c%frame(:ndim, 1, :)
+    normal = c%host_direction(c%frame(:, 1, :))
     before = 0
     none = 0
     slave = 5
@@ -29,8 +29,8 @@ program call_vfriction
         call next_step(m, total, pressure)
         call c%move(total - before)
         before = total
-        slip = c%slip(:ndim, :)
-        along = c%along(:ndim, :)
+        slip = c%host_slip()
+        along = c%host_direction(c%along)
         f_normal = pressure * area
         force = untouched
         flags = [1_int32, step, 1_int32]

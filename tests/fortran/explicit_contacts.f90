@@ -15,21 +15,29 @@ module explicit_contacts
         real(real64) :: frame(3, 3, points)    !< per point: normal, tangent 1, tangent 2 as columns
         real(real64) :: slip(3, points)        !< increment, in space
         real(real64) :: along(3, points) = 0   !< its direction
+        !> The host counts the slip in the directions of the contact, of which the first is along it: which of the two it does is
+        !> not confirmed (docs/hosts.md).
+        logical :: in_contact_directions = .false.
     contains
         procedure :: place
         procedure :: move
+        procedure :: host_slip
+        procedure :: host_direction
         procedure :: traction
     end type
 
 contains
 
-    !> Surfaces that look every which way.
+    !> Surfaces that look every which way. The program's argument says how the host counts the slip: global or contact.
     subroutine place(self, ndir)
         class(contacts), intent(inout) :: self
         integer, intent(in) :: ndir
         real(real64) :: normal(3), a(3), b(3)
         integer :: k
+        character(8) :: directions
 
+        call get_command_argument(1, directions)
+        self%in_contact_directions = directions == 'contact'
         self%ndim = 1 + ndir
         do k = 1, points
             normal = [0.3_real64, -0.5_real64 * k, merge(0.8_real64 - 0.5_real64 * k, 0.0_real64, ndir == 2)]
@@ -53,6 +61,27 @@ contains
             if (any(increment /= 0)) self%along(:, k) = self%slip(:, k) / norm2(self%slip(:, k))
         end do
     end subroutine
+
+    !> The slip increment as the host counts it.
+    function host_slip(self) result(slip)
+        class(contacts), intent(in) :: self
+        real(real64) :: slip(self%ndim, points)
+
+        slip = self%slip(:self%ndim, :)
+        if (self%in_contact_directions) then
+            slip(1, :) = norm2(slip, 1)
+            slip(2:, :) = 0
+        end if
+    end function
+
+    !> Unit vectors as a host hands them over that does not compute them to the last digit.
+    function host_direction(self, unit) result(direction)
+        class(contacts), intent(in) :: self
+        real(real64), intent(in) :: unit(3, points)
+        real(real64) :: direction(self%ndim, points)
+
+        direction = (1 + 4e-4_real64) * unit(:self%ndim, :)
+    end function
 
     !> The traction in the tangents of point `k`, with the sign of the slip, from the force in the host's directions: along
     !> the slip, and normal x that.

@@ -25,7 +25,9 @@ program refusals
     call turned_interface()
     call unpaired_interface()
     call refused_pairs()
-    call refused_block()
+    call refused_block(ciname, 0.0_real64)
+    ! As many characters as a name and a number can have: more than the host's routine takes.
+    call refused_block(repeat('L', 80), -tiny(1.0_real64))
     print '(a)', 'done'
 
 contains
@@ -151,8 +153,10 @@ contains
             none, none, none, along, normal, good, [2.0_real64, 2.0_real64], none, none, none, none)
     end subroutine
 
-    !> An area of zero under load.
-    subroutine refused_block()
+    !> A first contact with an area that is none, under load.
+    subroutine refused_block(interaction, no_area)
+        character(80), intent(in) :: interaction
+        real(real64), intent(in) :: no_area
         real(real64) :: force(1, 2), state(25, 1, 2), normal(2, 2), along(2, 2), slip(2, 2)
 
         normal = spread([0.0_real64, 1.0_real64], 2, 2)
@@ -160,8 +164,8 @@ contains
         slip = 1e-3_real64 * along
         state = 0
         call vfriction(force, state, 2_int32, 2_int32, 2_int32, 1_int32, 1_int32, 1_int32, 1_int32, 2_int32, 25_int32, &
-            7_int32, 0_int32, 0_int32, [3_int32, 4_int32, 1_int32], none(:4), ciname, other, other, [21_int32, 22_int32], &
-            [31_int32, 32_int32], good, slip, none, none, [200.0_real64, 200.0_real64], [0.0_real64, 2.0_real64], normal, &
+            7_int32, 0_int32, 0_int32, [3_int32, 4_int32, 1_int32], none(:4), interaction, other, other, [21_int32, 22_int32], &
+            [31_int32, 32_int32], good, slip, none, none, [200.0_real64, 200.0_real64], [no_area, 2.0_real64], normal, &
             along, none, none, none, none, none, none, none, none, none, none)
         call expect(force(1, 1) == 0 .and. all(state(:, :, 1) == 0), 'no area, no friction')
         call expect(force(1, 2) < -1, 'the contact with an area')

@@ -38,14 +38,22 @@ fn outside<const N: usize>(props: &[f64], start: &[f64], end: &[f64]) -> Vec<boo
 pub struct TangentCheck {
     pub samples: u32,
     pub skipped: u32,
+    /// Steps that dropped a reversal.
+    pub full: u32,
     pub slip: f64,
     pub pressure: f64,
 }
 
 impl TangentCheck {
-    /// A random walk with both derivatives compared at every step.
-    pub fn walk<const N: usize>(&mut self, props: &[f64], random: &mut fastrand::Rng, steps: u32) {
-        let mut point = Point::<N>::new(props);
+    /// A random walk with both derivatives compared at every step, with a state of this size.
+    pub fn walk<const N: usize>(
+        &mut self,
+        props: &[f64],
+        nstate: usize,
+        random: &mut fastrand::Rng,
+        steps: u32,
+    ) {
+        let mut point = Point::<N>::with_state_size(props, nstate);
         let mut pressure = 1.0;
         for _ in 0..steps {
             let length = decades(random, -2.5, 0.3);
@@ -58,7 +66,7 @@ impl TangentCheck {
             };
             self.slip_tangent(props, &point, slip, next);
             self.pressure_tangent(props, &point, slip, pressure, next);
-            point.step(slip, next);
+            self.full += u32::from(point.step(slip, next).memory_full);
             pressure = next;
         }
     }
