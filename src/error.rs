@@ -18,17 +18,6 @@ pub enum Kind {
     Internal = -5,
 }
 
-impl Kind {
-    /// Every kind, in the order of the status numbers.
-    pub const ALL: [Kind; 5] = [
-        Kind::NullPointer,
-        Kind::BadProperty,
-        Kind::BadState,
-        Kind::BadInput,
-        Kind::Internal,
-    ];
-}
-
 impl fmt::Display for Kind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {

@@ -7,7 +7,7 @@ use crate::properties::{Method, PressureRule, Properties};
 use crate::state::{Contact, Header, Layout};
 use std::fmt::Display;
 
-/// A critical slip this many times smaller stands for rigid stick where the host has no Lagrange multipliers.
+/// Where the host has no Lagrange multipliers, this factor on the critical slip stands for rigid stick.
 pub const RIGID: f64 = 1e-3;
 /// The largest mu kn of the interface form: what follows from it is still a number.
 const STIFFEST: f64 = 1e300;

@@ -363,7 +363,7 @@ pub fn rotate(layout: &Layout, rotation: &[[f64; 2]; 2], state: &mut [f64]) {
         v[0] = rotation[0][0] * a + rotation[0][1] * b;
         v[1] = rotation[1][0] * a + rotation[1][1] * b;
     };
-    if layout.ndir != 2 || state.len() != layout.nstate {
+    if layout.ndir != 2 || state.len() < layout.used() {
         return;
     }
     turn(&mut state[5..7]);

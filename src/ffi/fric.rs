@@ -77,17 +77,18 @@ impl Arguments {
             let lm = read("LM", self.lm)?;
             self.check_outputs()?;
             let mut memory = Curve::new();
+            // The deflection of the last slip element.
             let last = layout.base - 1;
-            let (header, slip, pressure) = if lm == OPEN {
-                let header = self.read_forgotten(law, &mut memory);
-                (header, user::hint(self.dgam), 0.0)
+            let (header, before, slip, pressure) = if lm == OPEN {
+                let (header, before) = self.read_forgotten(law, &mut memory);
+                (header, before, user::hint(self.dgam), 0.0)
             } else {
                 let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
                 let pressure = read("PRESS", self.press)?;
                 check_finite(&"PRESS", pressure)?;
-                (header, vector("DGAM", self.dgam)?, pressure)
+                let before = Vector::from(memory.base()[last]);
+                (header, before, vector("DGAM", self.dgam)?, pressure)
             };
-            let before = Vector::from(memory.base()[last]);
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
             let gcr = law
@@ -135,12 +136,13 @@ impl Arguments {
                     ));
                 }
             };
-            // The deflection of the last slip element is the elastic part of the slip.
+            // What the last slip element takes up is the elastic part of the slip.
             let elastic = if rigid {
                 Vector::zeros()
             } else {
-                let last = HEADER + last * N;
-                (Vector::<N>::from_column_slice(&state1[last..last + N]) - before) * gcr
+                let slot = HEADER + last * N;
+                let after = Vector::<N>::from_column_slice(&state1[slot..slot + N]);
+                (after - before) * gcr
             };
             *self.lm = if lm == OPEN { OPEN } else { SLIPPING };
             self.answer(&response);
@@ -149,11 +151,16 @@ impl Arguments {
         }
     }
 
-    /// The state of a point that was open. Whatever is there will be forgotten, so nothing can be wrong with it.
+    /// The state of a point that was open, and the deflection of its last slip element. Whatever is there will be
+    /// forgotten, so nothing can be wrong with it.
     ///
     /// # Safety
     /// As [`Arguments::run`], NFDIR = N.
-    unsafe fn read_forgotten<const N: usize>(&self, law: &Law<N>, memory: &mut Curve<N>) -> Header {
+    unsafe fn read_forgotten<const N: usize>(
+        &self,
+        law: &Law<N>,
+        memory: &mut Curve<N>,
+    ) -> (Header, Vector<N>) {
         // SAFETY: sizes as the host declares them, copied at once.
         unsafe {
             // Numbers whose squares are none are not even looked at: some hosts trap that.
@@ -161,11 +168,10 @@ impl Arguments {
             if state.is_ok_and(|state| state.iter().all(|x| x.abs() <= LARGEST_FORGOTTEN))
                 && let Ok(header) = user::read_turned("STATEV", law, self.statev, self.drot, memory)
             {
-                return header;
+                return (header, Vector::from(memory.base()[law.layout().base - 1]));
             }
         }
-        *memory = Curve::virgin(law.layout().base);
-        Header::default()
+        (Header::default(), Vector::zeros())
     }
 
     #[inline(always)]

@@ -309,11 +309,6 @@ unsafe fn turn(drot: *const c_double, layout: &Layout, state: &mut [f64]) -> Res
     let (cosine, sine) = (drot[(0, 0)] + drot[(1, 1)], drot[(1, 0)] - drot[(0, 1)]);
     let length = cosine.hypot(sine);
     let (cosine, sine) = (cosine / length, sine / length);
-    // `state` is the used part only, which is a state of its own.
-    let used = Layout {
-        nstate: layout.used(),
-        ..*layout
-    };
-    rotate(&used, &[[cosine, -sine], [sine, cosine]], state);
+    rotate(layout, &[[cosine, -sine], [sine, cosine]], state);
     Ok(())
 }

@@ -15,7 +15,7 @@ use crate::memory::Vector;
 use libc::{c_char, c_double};
 use std::slice;
 
-/// How far the square of a unit vector's length may be from one.
+/// How far the length of a unit vector may be from one.
 const UNIT: f64 = 1e-3;
 
 type Global = Vector<3>;
