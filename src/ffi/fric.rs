@@ -62,6 +62,7 @@ impl Arguments {
             }
         });
         if let Err(error) = outcome {
+            let error = user::in_host_words(error, host_name);
             // SAFETY: as the caller says.
             unsafe { self.shared.refuse("FRIC", &error, || self.offer()) }
         }
@@ -87,7 +88,7 @@ impl Arguments {
                 let pressure = read("PRESS", self.press)?;
                 check_finite(&"PRESS", pressure)?;
                 let before = Vector::from(memory.base()[last]);
-                (header, before, vector("DGAM", self.dgam)?, pressure)
+                (header, before, vector("DGAM", self.dgam, 1)?, pressure)
             };
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
@@ -102,7 +103,7 @@ impl Arguments {
                 }
                 SLIPPING | STICKING if rigid => {
                     let multiplier = match lm {
-                        STICKING => vector::<N>("TAULM", self.taulm)?,
+                        STICKING => vector::<N>("TAULM", self.taulm, 1)?,
                         // Only a hint then, and not always set.
                         _ => user::hint(self.taulm),
                     };
@@ -239,6 +240,16 @@ impl Arguments {
             write(self.ddtddp, Vector::<N>::zeros().as_slice());
             write(self.ddtddt, &[0.0; 4][..2 * N]);
         }
+    }
+}
+
+/// What the host calls an argument of the library.
+fn host_name(ours: &str, index: usize) -> Option<String> {
+    match ours {
+        "slip_increment" => Some(format!("DGAM({})", index + 1)),
+        "pressure" => Some("PRESS".to_string()),
+        "multiplier" => Some("TAULM".to_string()),
+        _ => user::common_name(ours, index),
     }
 }
 

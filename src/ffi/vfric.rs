@@ -31,6 +31,8 @@ struct Contact {
 /// The arguments that both routines have, and where the rest of a point is.
 struct Block<P> {
     routine: &'static str,
+    /// The routine's names of the state, and of the numbers of states and of points.
+    names: [&'static str; 3],
     points: *const i32,
     f_tangential: *mut c_double,
     n_fric_dir: *const i32,
@@ -93,11 +95,12 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
             if self.f_tangential.is_null() {
                 return Err(null("fTangential"));
             }
-            let states = count("nStateVar", self.n_states)?;
+            let [_, n_states, n_points] = self.names;
+            let states = count(n_states, self.n_states)?;
             let props = properties(self.props, self.n_props)?;
             with_law(laws, props, states, |law| {
                 let gcr = law.critical_slip(0.0)?;
-                for k in 0..count("nContact", self.points)? {
+                for k in 0..count(n_points, self.points)? {
                     let mut node = 0;
                     let force = (self.contact)(k, states).and_then(|contact| {
                         node = contact.node;
@@ -128,7 +131,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
         // SAFETY: sizes as the host declares them.
         unsafe {
             let mut copy = StateCopy::new();
-            let state0 = user::state("statev", law.layout(), contact.state, &mut copy)?;
+            let state0 = user::state(self.names[0], law.layout(), contact.state, &mut copy)?;
             let force = array("fNormal", self.f_normal, k + 1)?[k];
             check_finite(&"fNormal", force)?;
             let pressure = if force > 0.0 {
@@ -137,6 +140,9 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                 0.0
             };
             let slip: Global = global(array("dSlipFric", self.slip, (k + 1) * (1 + N))?, k, 1 + N);
+            for (index, value) in slip.iter().enumerate() {
+                check_finite(&format_args!("dSlipFric({})", index + 1), *value)?;
+            }
             let normal = global(array("dircosN", self.normal, (k + 1) * (1 + N))?, k, 1 + N);
             let along = global(
                 array("dircosSl", self.slip_direction, (k + 1) * (1 + N))?,
@@ -169,6 +175,17 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
     /// As [`Block::run`].
     #[cold]
     unsafe fn tell(&self, node: i32, error: &Error) {
+        let error = user::in_host_words(error.clone(), |ours, index| {
+            let [state, n_states, _] = self.names;
+            Some(match ours {
+                // The memory has directions of its own.
+                "slip_increment" => "a component of dSlipFric".to_string(),
+                "state" => format!("{state}({})", index + 1),
+                "nstate" => n_states.to_string(),
+                "nprops" => "nProps".to_string(),
+                _ => return None,
+            })
+        });
         // SAFETY: null, or as the host's manual says.
         unsafe {
             let contact = name(self.interaction);
@@ -181,7 +198,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                     increment: read("", self.increment).unwrap_or(0),
                 },
                 Severity::Fatal,
-                error,
+                &error,
             );
         }
     }
@@ -326,6 +343,7 @@ macro_rules! export_vfric {
             };
             let block = Block {
                 routine: "VFRIC",
+                names: ["statev", "nStateVar", "nContact"],
                 points: n_contact,
                 f_tangential,
                 n_fric_dir,
@@ -427,6 +445,7 @@ macro_rules! export_vfriction {
             };
             let block = Block {
                 routine: "VFRICTION",
+                names: ["state", "nStates", "nBlock"],
                 points: n_block,
                 f_tangential,
                 n_fric_dir,

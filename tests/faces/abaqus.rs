@@ -32,7 +32,7 @@ const MESSAGES: [(&str, &str, &str); 8] = [
     (
         "-3",
         "mepc VFRIC: contact SHORT, node 0, step 1, increment 9:",
-        "NSTATV = 30",
+        "nStateVar = 30",
     ),
     (
         "-3",
