@@ -30,6 +30,18 @@ impl fmt::Display for Kind {
     }
 }
 
+/// A number in a message. The formatting of a NaN compares it, which raises a flag that hosts trap.
+pub(crate) struct Number(pub f64);
+
+impl fmt::Debug for Number {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_nan() {
+            return out.write_str("NaN");
+        }
+        write!(out, "{:?}", self.0)
+    }
+}
+
 /// A failed call: what kind, and a sentence that names the argument and its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {

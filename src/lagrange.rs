@@ -4,7 +4,9 @@
 //! it. Only the direction of slip is remembered, as the deflection of a memory that slips as a whole.
 
 use crate::error::Error;
-use crate::law::{Law, Response, check_finite, not_a_result};
+use crate::law::{
+    Law, Response, SQUARED, check_finite, check_pressure, check_within, not_a_result,
+};
 use crate::memory::{Curve, Matrix, Vector, onto_limit};
 use crate::state::{Contact, Header};
 
@@ -28,7 +30,7 @@ impl<const N: usize> Law<N> {
     /// has just reached the limit in the new direction. `state1` is written only on success.
     ///
     /// # Errors
-    /// Numbers that are not finite, a corrupt state.
+    /// Numbers that are not finite; a slip or a limit mu p beyond 1e150; a corrupt state.
     pub fn lagrange(
         &self,
         sticks: bool,
@@ -64,14 +66,21 @@ impl<const N: usize> Law<N> {
         state1: &mut [f64],
     ) -> Result<Rigid<N>, Error> {
         self.check_end(state1)?;
-        check_finite(&"pressure", pressure)?;
-        check_finite(&"multiplier", multiplier.sum())?;
-        check_finite(&"slip_increment", slip_increment.sum())?;
+        check_pressure(pressure)?;
+        for (index, value) in multiplier.iter().enumerate() {
+            check_finite(&format_args!("multiplier[{index}]"), *value)?;
+        }
+        for (index, value) in slip_increment.iter().enumerate() {
+            check_within(&format_args!("slip_increment[{index}]"), *value, SQUARED)?;
+        }
+        // A huge one keeps its direction; it is beyond every limit that is taken.
+        let multiplier = &(multiplier * (SQUARED / multiplier.amax().max(SQUARED)));
         // What the host held has not slipped: an increment there is noise.
         let held = Vector::zeros();
         let slip_increment = if sticks { &held } else { slip_increment };
         let before = Vector::from(memory.base()[self.layout().base - 1]);
         let limit = self.properties().mu * pressure.max(0.0);
+        check_within(&"mu p", limit, SQUARED)?;
         let beyond = multiplier.norm() >= limit;
         let slip = slip_increment.norm();
         let stays = if pressure <= 0.0 {

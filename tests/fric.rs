@@ -182,6 +182,12 @@ fn lm_of_the_penalty_methods() {
                     assert!(corrupt.statev.iter().all(|x| x.is_finite()));
                 }
             }
+            for wrong in [f64::NAN, f64::INFINITY, 1e308] {
+                let mut turned = used.with(&vec![1e-4; nfdir], 40.0);
+                (turned.drot[1], turned.lm) = (wrong, 2);
+                turned.run();
+                assert_eq!((turned.lm, turned.pnewdt), (2, 1.0));
+            }
             // Then it is a virgin point.
             open.lm = 0;
             open.step(&vec![3e-4; nfdir], 40.0);
@@ -489,6 +495,23 @@ fn refusals() {
         for wrong in [3, -1, i32::MAX] {
             refused("LM", stick, &|bad| bad.lm = wrong);
         }
+        for index in 0..12 {
+            for value in odd {
+                refused("PROPS", 0.0, &|bad| {
+                    let all = [MU, GCR, 2.5, 0.0, 0.0, 0.005, 1e5, 0.0, 16.0, 0.0, 0.0, 0.0];
+                    bad.props = with(&all, index + 1, value);
+                });
+            }
+        }
+        for value in [1e308, -1e308] {
+            for index in 0..nfdir {
+                refused("DGAM", stick, &|bad| bad.dgam[index] = value);
+            }
+            refused("PRESS", 0.0, &|bad| bad.press = value);
+            for slot in 8..8 + nfdir * [1, 16][nfdir - 1] {
+                refused("STATEV", stick, &|bad| bad.statev[slot] = value);
+            }
+        }
         for value in odd {
             for index in 0..nfdir {
                 refused("DGAM", stick, &|bad| bad.dgam[index] = value);
@@ -580,6 +603,45 @@ fn late_calls() {
         let stick = MU * 40.0 * 2.5 / GCR;
         assert_refused(&before, &after, stick, "while the thread ends");
     }
+}
+
+/// Sizes of every order: what is accepted raises no flag, which every call here watches.
+#[test]
+fn absurd_sizes_of_the_lagrange_method() {
+    let output = child("absurd", &[]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("accepted"), "{text}");
+}
+
+#[test]
+#[ignore = "run by absurd_sizes_of_the_lagrange_method"]
+fn absurd() {
+    println!("seed 407");
+    let mut random = fastrand::Rng::with_seed(407);
+    let mut accepted = 0;
+    for _ in 0..20_000 {
+        let nfdir = random.usize(1..=2);
+        let mut size = || {
+            let most = [2.0, 160.0, 308.0][random.usize(0..3)];
+            decades(&mut random, -most, most) * if random.bool() { 1.0 } else { -1.0 }
+        };
+        let props = [size().abs(), size().abs(), 2.5, 2.0];
+        let mut point = Call::new(&props, nfdir, default_state(nfdir));
+        point.absurd = true;
+        for _ in 0..3 {
+            let dgam: Vec<f64> = (0..nfdir).map(|_| size()).collect();
+            let mut call = point.with(&dgam, size().abs());
+            call.taulm = (0..nfdir).map(|_| size()).collect();
+            call.lm = [0, 1, 0, 2][(size().to_bits() % 4) as usize];
+            call.run();
+            if call.pnewdt == 1.0 {
+                accepted += 1;
+                point = call;
+            }
+        }
+    }
+    println!("{accepted} accepted");
+    assert!(accepted > 10_000);
 }
 
 /// While the point slips the host has no multiplier.
@@ -710,6 +772,13 @@ fn mistakes() {
             call.ciname = "HEAD-WASHER 100%".to_string();
             call.kinc = 3;
         });
+        // Under the names and numbers of the host.
+        bad(&|call| call.dgam[0] = 1e300);
+        bad(&|call| call.statev[8] = f64::NAN);
+        bad(&|call| {
+            call.dgam[1] = f64::NAN;
+            call.ciname = String::new();
+        });
     }
     // From several threads at once it is still said once.
     std::thread::scope(|scope| {
@@ -722,7 +791,7 @@ fn mistakes() {
     });
 }
 
-const EXPECTED: [&[&str]; 5] = [
+const EXPECTED: [&[&str]; 8] = [
     &[
         "contact PLATE-PLATE,",
         "node 4711",
@@ -739,6 +808,9 @@ const EXPECTED: [&[&str]; 5] = [
         "increment 3",
         "DGAM(2) = inf",
     ],
+    &["contact PLATE-PLATE,", "DGAM(1) = 1e300"],
+    &["contact PLATE-PLATE,", "STATEV(9) Base1_1 = NaN"],
+    &["contact (unnamed),", "DGAM(2) = NaN"],
     &["contact PLATE-PLATE,", "PRESS = NaN"],
 ];
 

@@ -8,7 +8,7 @@ use super::standard::Standard;
 use super::user::{self, array, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
-use crate::law::{Law, Response, check_finite};
+use crate::law::{Law, Response, SQUARED, within};
 use crate::memory::{Curve, Matrix, Vector};
 use crate::properties::Method;
 use crate::state::{HEADER, Header};
@@ -21,9 +21,6 @@ const SLIPPING: i32 = 0;
 const STICKING: i32 = 1;
 /// Relative motion flag: open before, frictionless in this increment.
 const OPEN: i32 = 2;
-
-/// The largest number that a state which will be forgotten may hold and still be read.
-const LARGEST_FORGOTTEN: f64 = 1e150;
 
 /// The arguments that are used, as the host passes them.
 #[derive(Clone, Copy)]
@@ -86,7 +83,6 @@ impl Arguments {
             } else {
                 let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
                 let pressure = read("PRESS", self.press)?;
-                check_finite(&"PRESS", pressure)?;
                 let before = Vector::from(memory.base()[last]);
                 (header, before, vector("DGAM", self.dgam, 1)?, pressure)
             };
@@ -166,7 +162,7 @@ impl Arguments {
         unsafe {
             // Numbers whose squares are none are not even looked at: some hosts trap that.
             let state = array("STATEV", self.statev, law.layout().used());
-            if state.is_ok_and(|state| state.iter().all(|x| x.abs() <= LARGEST_FORGOTTEN))
+            if state.is_ok_and(|state| state.iter().all(|x| within(*x, SQUARED)))
                 && let Ok(header) = user::read_turned("STATEV", law, self.statev, self.drot, memory)
             {
                 return (header, Vector::from(memory.base()[law.layout().base - 1]));
@@ -248,7 +244,7 @@ fn host_name(ours: &str, index: usize) -> Option<String> {
     match ours {
         "slip_increment" => Some(format!("DGAM({})", index + 1)),
         "pressure" => Some("PRESS".to_string()),
-        "multiplier" => Some("TAULM".to_string()),
+        "multiplier" => Some(format!("TAULM({})", index + 1)),
         _ => user::common_name(ours, index),
     }
 }

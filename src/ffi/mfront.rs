@@ -320,10 +320,13 @@ fn secant<const N: usize>(
     rise: &Vector<N>,
 ) -> Operator {
     let elastic = law.sticking_stiffness(gcr, -response.normal_traction);
-    let slope = rise.dot(slip) / slip.norm_squared();
+    let length2 = slip.norm_squared();
+    // Not by zero: compilers divide first, and some hosts trap that. Without slip by 1.
+    let slope = rise.dot(slip) / (length2 + f64::from(u8::from(length2 == 0.0)));
+    let slips = length2 > 0.0 && slope.is_finite();
     uncoupled(
         response.normal_stiffness,
-        if slope.is_finite() {
+        if slips {
             slope.clamp(0.0, elastic)
         } else {
             elastic

@@ -1,7 +1,7 @@
 //! What the user routines of FE hosts share: their arguments, and the law that their properties ask for.
 
-use crate::error::{Error, Kind};
-use crate::law::{Law, check_finite};
+use crate::error::{Error, Kind, Number};
+use crate::law::{Law, SQUARED, within};
 use crate::memory::{Curve, Matrix, Vector};
 use crate::state::{Header, Layout, MAX_USED, rotate};
 use arrayvec::ArrayVec;
@@ -183,7 +183,7 @@ pub(super) unsafe fn properties<'a>(
     unsafe { array("PROPS", props, count("NPROPS", nprops)?) }
 }
 
-/// N numbers of an array of the host, from number `first` (from 1) on, checked to be finite.
+/// N numbers of an array of the host, from number `first` (from 1) on.
 ///
 /// # Safety
 /// `pointer` is null or points to an array that reaches that far.
@@ -195,23 +195,19 @@ pub(super) unsafe fn vector<const N: usize>(
 ) -> Result<Vector<N>, Error> {
     // SAFETY: as the caller says; copied at once.
     let numbers = unsafe { array(name, pointer, first - 1 + N)? };
-    let vector = Vector::<N>::from_column_slice(&numbers[first - 1..]);
-    for (index, value) in vector.iter().enumerate() {
-        check_finite(&format_args!("{name}({})", first + index), *value)?;
-    }
-    Ok(vector)
+    Ok(Vector::from_column_slice(&numbers[first - 1..]))
 }
 
-/// A vector that hosts may leave unset: zeros where it is not there, or not finite.
-///
-/// Apart from [`vector`]: the words of an error that nobody reads would raise a floating-point exception for NaN.
+/// A vector that hosts may leave unset: zeros where it is not there, or cannot be meant.
 ///
 /// # Safety
-/// As [`vector`].
+/// `pointer` is null or points to N readable numbers.
 pub(super) unsafe fn hint<const N: usize>(pointer: *const c_double) -> Vector<N> {
     // SAFETY: as the caller says; copied at once.
     match unsafe { array("", pointer, N) } {
-        Ok(numbers) if numbers.iter().all(|x| x.is_finite()) => Vector::from_column_slice(numbers),
+        Ok(numbers) if numbers.iter().all(|x| within(*x, SQUARED)) => {
+            Vector::from_column_slice(numbers)
+        }
         _ => Vector::zeros(),
     }
 }
@@ -322,13 +318,17 @@ unsafe fn turn(drot: *const c_double, layout: &Layout, state: &mut [f64]) -> Res
     }
     // SAFETY: four numbers by the caller's word.
     let drot = unsafe { slice::from_raw_parts(drot, 4) };
-    let drot = Matrix::<2>::from_column_slice(drot);
-    let off = (drot.transpose() * drot - Matrix::<2>::identity()).norm();
-    let proper = off < ORTHOGONALITY && drot.determinant() > 0.0;
+    let numbers = drot;
+    let drot = Matrix::<2>::from_column_slice(numbers);
+    let off = || (drot.transpose() * drot - Matrix::<2>::identity()).norm();
+    let proper = numbers.iter().all(|x| within(*x, 1.0 + ORTHOGONALITY))
+        && off() < ORTHOGONALITY
+        && drot.determinant() > 0.0;
     if !proper {
+        let numbers: Vec<_> = numbers.iter().copied().map(Number).collect();
         return Err(Error::new(
             Kind::BadInput,
-            format!("DROT = {:?}: must be a rotation", drot.as_slice()),
+            format!("DROT = {numbers:?}: must be a rotation"),
         ));
     }
     // The rotation next to it: the memory must not grow or shrink by what the host rounds.

@@ -9,8 +9,8 @@ use super::host::{Place, Severity, report};
 use super::user::{
     self, StateCopy, ThreadLaws, array, count, name, null, properties, read, with_law, write,
 };
-use crate::error::{Error, Kind};
-use crate::law::{Law, check_finite};
+use crate::error::{Error, Kind, Number};
+use crate::law::{Law, SQUARED, check_finite, check_within, within};
 use crate::memory::Vector;
 use libc::{c_char, c_double};
 use std::slice;
@@ -141,7 +141,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
             };
             let slip: Global = global(array("dSlipFric", self.slip, (k + 1) * (1 + N))?, k, 1 + N);
             for (index, value) in slip.iter().enumerate() {
-                check_finite(&format_args!("dSlipFric({})", index + 1), *value)?;
+                check_within(&format_args!("dSlipFric({})", index + 1), *value, SQUARED)?;
             }
             let normal = global(array("dircosN", self.normal, (k + 1) * (1 + N))?, k, 1 + N);
             let along = global(
@@ -211,13 +211,16 @@ fn global(columns: &[f64], k: usize, directions: usize) -> Global {
 }
 
 fn unit(name: &str, vector: Global) -> Result<Global, Error> {
-    let length = vector.norm();
-    if (length - 1.0).abs() < UNIT {
-        return Ok(vector / length);
+    if vector.iter().all(|x| within(*x, 1.0 + UNIT)) {
+        let length = vector.norm();
+        if (length - 1.0).abs() < UNIT {
+            return Ok(vector / length);
+        }
     }
+    let numbers: Vec<_> = vector.iter().copied().map(Number).collect();
     Err(Error::new(
         Kind::BadInput,
-        format!("{name} = {:?}: must be a unit vector", vector.as_slice()),
+        format!("{name} = {numbers:?}: must be a unit vector"),
     ))
 }
 

@@ -336,7 +336,7 @@ fn input(ndir: usize, nstate: usize, props: &str) -> String {
 }
 
 /// Bad input that the caller passes on: layout, sizes and properties, and words of the message.
-const BAD: [(&str, usize, usize, &str, &str); 5] = [
+const BAD: [(&str, usize, usize, &str, &str); 6] = [
     (
         "0",
         2,
@@ -348,6 +348,13 @@ const BAD: [(&str, usize, usize, &str, &str); 5] = [
     ("0", 1, 25, "-0.3 0.002", "PROPS(1) mu = -0.3"),
     ("0", 2, 64, "0.3 0", "PROPS(2) gcr = 0"),
     ("7", 2, 64, "0.3 0.002", "PROPS(13) layout = 7"),
+    (
+        "1",
+        2,
+        64,
+        "0.3 1e-110",
+        "jump of STRAN(6) + DSTRAN(6) = 0.001: must be finite and a slip",
+    ),
 ];
 
 #[test]
