@@ -27,7 +27,8 @@ impl<const N: usize> Law<N> {
     ///
     /// `sticks`: the host held the point in this iteration, so `multiplier` is its traction. Otherwise the point
     /// slips by `slip_increment`, and sticks again when that turns against the slip before, unless the multiplier
-    /// has just reached the limit in the new direction. `state1` is written only on success.
+    /// has just reached the limit in the new direction: another one than at the end of the last increment, which the
+    /// state keeps in place of a jump. `state1` is written only on success.
     ///
     /// # Errors
     /// Numbers that are not finite; a slip or a limit mu p beyond 1e150; a corrupt state.
@@ -91,8 +92,11 @@ impl<const N: usize> Law<N> {
             before.norm_squared() == 0.0
         } else {
             let turned = slip_increment.dot(&before) < 0.0;
-            turned && !(beyond && multiplier.dot(slip_increment) > 0.0)
+            // What the host left there since the point last stuck says nothing of this increment.
+            let new = multiplier.as_slice() != &header.jump[..N];
+            turned && !(new && beyond && multiplier.dot(slip_increment) > 0.0)
         };
+        header.jump[..N].copy_from_slice(multiplier.as_slice());
         let lost = header.stored;
         header.stored = 0.0;
         header.pressure = pressure.max(0.0);

@@ -69,7 +69,7 @@ pub struct Header {
     pub dissipated: f64,
     /// Length of the slip path while closed.
     pub slip_length: f64,
-    /// Tangential jump at the last increment (interface form).
+    /// Tangential jump at the last increment (interface form); with Lagrange multipliers the last one of these.
     pub jump: [f64; 2],
 }
 

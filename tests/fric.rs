@@ -891,3 +891,79 @@ fn outputs_of_a_good_call_are_all_written() {
         assert!(point.sfd.is_finite() && point.sfd != CANARY);
     }
 }
+
+/// A spring of a Lagrange host that holds the point on one side and is moved on the other. While the point slips TAULM
+/// stays what it was when the point was last held (long afterwards it may still be beyond the limit, and along a slip that
+/// turns back), starts from zero in every increment, or follows the traction.
+#[test]
+fn an_old_multiplier_does_not_keep_a_point_from_sticking() {
+    let spring = 2e4;
+    for (seed, host) in [(404, "leaves"), (405, "clears"), (406, "follows")] {
+        println!("seed {seed}: {host}");
+        let mut random = fastrand::Rng::with_seed(seed);
+        let mut point = Call::new(&with(&props(), 4, 2.0), 2, 64);
+        let (mut end, mut velocity, mut slip) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+        let (mut stuck, mut slipped_on, mut turned_back) = (0, 0, 0);
+        for increment in 0..5000 {
+            let pressure = 40.0 * (1.0 + 0.6 * signed(&mut random));
+            let limit = MU * pressure;
+            let step = limit / spring * decades(&mut random, -1.0, 0.5);
+            for i in 0..2 {
+                velocity[i] = 0.8 * velocity[i] + 0.6 * signed(&mut random);
+                end[i] += step * velocity[i];
+            }
+            // What the spring holds while the point sticks, and what a return map makes of it.
+            let trial = [0, 1].map(|i| spring * (end[i] - slip[i]));
+            let size = trial[0].hypot(trial[1]);
+            let slips = trial.map(|t| (size - limit) / size * t / spring);
+            let expected = trial.map(|t| t * (limit / size).min(1.0));
+            let (mut dgam, mut held) = ([0.0; 2], false);
+            let (mut lm, mut taulm) = (point.lm, point.taulm.clone());
+            if host == "clears" {
+                taulm.fill(0.0);
+            }
+            let found = (0..6).find_map(|iteration| {
+                if lm == 1 {
+                    (dgam, held) = ([0.0; 2], true);
+                    taulm = trial.to_vec();
+                }
+                let mut call = point.with(&dgam, pressure);
+                (call.lm, call.taulm) = (lm, taulm.clone());
+                call.run();
+                assert_eq!(call.pnewdt, 1.0);
+                let stays = call.lm == lm;
+                lm = call.lm;
+                if lm == 0 && host == "follows" {
+                    taulm.clone_from(&call.tau);
+                }
+                let traction = if lm == 1 {
+                    trial
+                } else {
+                    [call.tau[0], call.tau[1]]
+                };
+                let rest = [0, 1].map(|i| trial[i] - spring * dgam[i] - traction[i]);
+                if stays && rest[0].hypot(rest[1]) < 1e-9 * limit {
+                    return Some((call, traction));
+                }
+                // With the traction of the slip before, then with the one along this slip.
+                dgam = if iteration == 0 {
+                    rest.map(|r| r / spring)
+                } else {
+                    slips
+                };
+                None
+            });
+            let (call, traction) = found.unwrap_or_else(|| panic!("increment {increment}: no end"));
+            for i in 0..2 {
+                assert_abs_diff_eq!(traction[i], expected[i], epsilon = 1e-6 * limit);
+                slip[i] += dgam[i];
+            }
+            stuck += i32::from(lm == 1);
+            slipped_on += i32::from(lm == 0 && !held);
+            turned_back += i32::from(lm == 0 && held && point.lm == 0);
+            point = call;
+        }
+        println!("{stuck} stuck, {slipped_on} slipped on, {turned_back} turned back");
+        assert!(stuck.min(slipped_on).min(turned_back) > 50);
+    }
+}
