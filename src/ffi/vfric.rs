@@ -150,7 +150,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                 1 + N,
             );
             let normal = unit("dircosN", normal)?;
-            // Without slip its direction may be anything.
+            // Without slip its direction may be anything; the force then has none either.
             let along = match unit("dircosSl", along) {
                 Err(error) if slip.norm_squared() > 0.0 => return Err(error),
                 along => along.unwrap_or_else(|_| Global::zeros()),
