@@ -67,7 +67,7 @@ demo: build ## replay all cases through both drivers: table, CSV files and pictu
 
 .PHONY: test
 test: setup-checks build check ## everything is checked
-	cargo test --workspace --no-fail-fast
+	cargo test --workspace --no-fail-fast -- --skip ten_million
 	cargo test --test properties ten_million -- --nocapture
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
 	$(MAKE) memcheck

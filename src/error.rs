@@ -18,17 +18,6 @@ pub enum Kind {
     Internal = -5,
 }
 
-impl Kind {
-    /// Every kind, in the order of the status numbers.
-    pub const ALL: [Kind; 5] = [
-        Kind::NullPointer,
-        Kind::BadProperty,
-        Kind::BadState,
-        Kind::BadInput,
-        Kind::Internal,
-    ];
-}
-
 impl fmt::Display for Kind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
@@ -38,6 +27,18 @@ impl fmt::Display for Kind {
             Kind::BadInput => "bad input",
             Kind::Internal => "internal error (please report it)",
         })
+    }
+}
+
+/// A number in a message. The formatting of a NaN compares it, which raises a flag that hosts trap.
+pub(crate) struct Number(pub f64);
+
+impl fmt::Debug for Number {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_nan() {
+            return out.write_str("NaN");
+        }
+        write!(out, "{:?}", self.0)
     }
 }
 

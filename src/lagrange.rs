@@ -4,7 +4,9 @@
 //! it. Only the direction of slip is remembered, as the deflection of a memory that slips as a whole.
 
 use crate::error::Error;
-use crate::law::{Law, Response, check_finite, not_a_result};
+use crate::law::{
+    Law, Response, SQUARED, check_finite, check_pressure, check_within, not_a_result,
+};
 use crate::memory::{Curve, Matrix, Vector, onto_limit};
 use crate::state::{Contact, Header};
 
@@ -25,10 +27,11 @@ impl<const N: usize> Law<N> {
     ///
     /// `sticks`: the host held the point in this iteration, so `multiplier` is its traction. Otherwise the point
     /// slips by `slip_increment`, and sticks again when that turns against the slip before, unless the multiplier
-    /// has just reached the limit in the new direction. `state1` is written only on success.
+    /// has just reached the limit in the new direction: another one than at the end of the last increment, which the
+    /// state keeps in place of a jump. `state1` is written only on success.
     ///
     /// # Errors
-    /// Numbers that are not finite, a corrupt state.
+    /// Numbers that are not finite; a slip or a limit mu p beyond 1e150; a corrupt state.
     pub fn lagrange(
         &self,
         sticks: bool,
@@ -64,14 +67,21 @@ impl<const N: usize> Law<N> {
         state1: &mut [f64],
     ) -> Result<Rigid<N>, Error> {
         self.check_end(state1)?;
-        check_finite(&"pressure", pressure)?;
-        check_finite(&"multiplier", multiplier.sum())?;
-        check_finite(&"slip_increment", slip_increment.sum())?;
+        check_pressure(pressure)?;
+        for (index, value) in multiplier.iter().enumerate() {
+            check_finite(&format_args!("multiplier[{index}]"), *value)?;
+        }
+        for (index, value) in slip_increment.iter().enumerate() {
+            check_within(&format_args!("slip_increment[{index}]"), *value, SQUARED)?;
+        }
+        // A huge one keeps its direction; it is beyond every limit that is taken.
+        let multiplier = &(multiplier * (SQUARED / multiplier.amax().max(SQUARED)));
         // What the host held has not slipped: an increment there is noise.
         let held = Vector::zeros();
         let slip_increment = if sticks { &held } else { slip_increment };
         let before = Vector::from(memory.base()[self.layout().base - 1]);
         let limit = self.properties().mu * pressure.max(0.0);
+        check_within(&"mu p", limit, SQUARED)?;
         let beyond = multiplier.norm() >= limit;
         let slip = slip_increment.norm();
         let stays = if pressure <= 0.0 {
@@ -82,8 +92,11 @@ impl<const N: usize> Law<N> {
             before.norm_squared() == 0.0
         } else {
             let turned = slip_increment.dot(&before) < 0.0;
-            turned && !(beyond && multiplier.dot(slip_increment) > 0.0)
+            // What the host left there since the point last stuck says nothing of this increment.
+            let new = multiplier.as_slice() != &header.jump[..N];
+            turned && !(new && beyond && multiplier.dot(slip_increment) > 0.0)
         };
+        header.jump[..N].copy_from_slice(multiplier.as_slice());
         let lost = header.stored;
         header.stored = 0.0;
         header.pressure = pressure.max(0.0);

@@ -1,16 +1,20 @@
 //! The contact law: properties and a grid, made once and never changed; the friction and the interface form.
 
 use crate::backbone::Choice;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, Number};
 use crate::memory::{Curve, Grid, Increment, Matrix, Vector, length};
 use crate::properties::{Method, PressureRule, Properties};
 use crate::state::{Contact, Header, Layout};
 use std::fmt::Display;
 
-/// A critical slip this many times smaller stands for rigid stick where the host has no Lagrange multipliers.
+/// Where the host has no Lagrange multipliers, this factor on the critical slip stands for rigid stick.
 pub const RIGID: f64 = 1e-3;
 /// The largest mu kn of the interface form: what follows from it is still a number.
 const STIFFEST: f64 = 1e300;
+/// The largest pressure taken, for the same reason.
+const HIGHEST: f64 = 1e300;
+/// The largest number taken where its square must be one.
+pub(crate) const SQUARED: f64 = 1e150;
 /// The longest slip increment taken, in critical slips; its square is still a number.
 const LONGEST: f64 = 1e100;
 
@@ -21,6 +25,8 @@ pub struct Law<const N: usize> {
     layout: Layout,
     backbone: Choice,
     grid: Grid<N>,
+    /// The smallest gap taken in the interface form: its pressure is the highest.
+    deepest: f64,
 }
 
 /// What the contact gives at the end of an increment, friction form. All per area.
@@ -70,6 +76,7 @@ impl<const N: usize> Law<N> {
             Choice::Segalman(curve) => Grid::new(curve, layout.base),
         };
         Ok(Law {
+            deepest: -HIGHEST / properties.kn.max(1.0),
             properties,
             layout,
             backbone,
@@ -114,7 +121,7 @@ impl<const N: usize> Law<N> {
     /// success; both hold `nstate` numbers.
     ///
     /// # Errors
-    /// Numbers that are not finite, gcr <= 0, increments beyond 1e100 critical slips, a corrupt state.
+    /// Numbers that are not finite, gcr <= 0, increments beyond 1e100 critical slips, pressures beyond 1e300, a corrupt state.
     #[inline]
     pub fn friction(
         &self,
@@ -192,17 +199,11 @@ impl<const N: usize> Law<N> {
                 ),
             ));
         }
-        check_finite(&"opening[0]", normal)?;
         let gap = normal + gap0;
-        let pressure = kn * (-gap).max(0.0);
-        if gap == f64::INFINITY || pressure == f64::INFINITY {
-            return Err(Error::new(
-                Kind::BadInput,
-                format!(
-                    "opening[0] = {normal:?}: the gap and the pressure that follow must be finite"
-                ),
-            ));
+        if !within(normal, HIGHEST) || gap < self.deepest {
+            return Err(too_deep(normal));
         }
+        let pressure = kn * (-gap).max(0.0);
         let increment = tangential - Vector::from_column_slice(&header.jump[..N]);
         for index in 0..N {
             check_length(
@@ -238,11 +239,11 @@ impl<const N: usize> Law<N> {
         state1: &mut [f64],
     ) -> Result<Response<N>, Error> {
         self.check_end(state1)?;
-        check_finite(&"pressure", pressure)?;
-        let d = slip_increment / gcr;
+        check_pressure(pressure)?;
         for (index, slip) in slip_increment.iter().enumerate() {
             check_length("slip_increment", index, *slip, *slip, gcr)?;
         }
+        let d = slip_increment / gcr;
         let mut header = old;
         if pressure <= 0.0 {
             // Opening: the traction is gone, and with it the energy it held.
@@ -379,8 +380,8 @@ fn check_critical_slip(gcr: f64) -> Result<(), Error> {
 /// Refuses number `index` of the argument `array` where the slip that follows from it is no number, or too long.
 #[inline(always)]
 fn check_length(array: &str, index: usize, value: f64, slip: f64, gcr: f64) -> Result<(), Error> {
-    // Not a number is neither.
-    if (slip / gcr).abs() <= LONGEST {
+    // The quotient may overflow, this underflows at most. Not a number is not shorter.
+    if slip.abs() * (1.0 / LONGEST) <= gcr {
         return Ok(());
     }
     Err(too_long(array, index, value, gcr))
@@ -391,14 +392,59 @@ fn too_long(array: &str, index: usize, value: f64, gcr: f64) -> Error {
     Error::new(
         Kind::BadInput,
         format!(
-            "{array}[{index}] = {value:?}: must be finite and a slip of no more than {LONGEST:e} critical slips ({gcr:?})"
+            "{array}[{index}] = {:?}: must be finite and a slip of no more than {LONGEST:e} critical slips ({gcr:?})",
+            Number(value)
+        ),
+    )
+}
+
+#[cold]
+fn too_deep(normal: f64) -> Error {
+    Error::new(
+        Kind::BadInput,
+        format!(
+            "opening[0] = {:?}: must be finite, and the pressure that follows no more than {HIGHEST:e}",
+            Number(normal)
+        ),
+    )
+}
+
+/// Whether a number is no larger than `limit`, either sign; not a number is not.
+///
+/// By the bits: several comparisons at once, as compilers make them, raise a flag for what is not a number.
+#[inline(always)]
+pub(crate) fn within(value: f64, limit: f64) -> bool {
+    value.abs().to_bits() <= limit.to_bits()
+}
+
+/// Refuses a number of which something that follows is none.
+#[inline(always)]
+pub(crate) fn check_within(name: &impl Display, value: f64, limit: f64) -> Result<(), Error> {
+    if within(value, limit) {
+        return Ok(());
+    }
+    Err(too_large(name, value, limit))
+}
+
+#[cold]
+fn too_large(name: &impl Display, value: f64, limit: f64) -> Error {
+    Error::new(
+        Kind::BadInput,
+        format!(
+            "{name} = {:?}: must be finite and no larger than {limit:e}",
+            Number(value)
         ),
     )
 }
 
 #[inline(always)]
+pub(crate) fn check_pressure(pressure: f64) -> Result<(), Error> {
+    check_within(&"pressure", pressure, HIGHEST)
+}
+
+#[inline(always)]
 pub(crate) fn check_finite(name: &impl Display, value: f64) -> Result<(), Error> {
-    if value.is_finite() {
+    if within(value, f64::MAX) {
         return Ok(());
     }
     Err(not_finite(name, value))
@@ -420,6 +466,6 @@ pub(crate) fn not_a_result<const N: usize>(pressure: f64, slip_increment: &Vecto
 fn not_finite(name: &impl Display, value: f64) -> Error {
     Error::new(
         Kind::BadInput,
-        format!("{name} = {value:?}: must be finite"),
+        format!("{name} = {:?}: must be finite", Number(value)),
     )
 }

@@ -1,7 +1,7 @@
 //! PROPS: the one array of properties that every host passes, checked once.
 
 use crate::backbone::{Choice, PowerLaw, Segalman};
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, Number};
 
 /// How many entries are common to all hosts; a host's own entries follow.
 pub const COMMON: usize = 12;
@@ -119,7 +119,7 @@ impl Properties {
                     "PROPS({}) {} = {:?}: must be {allowed}",
                     index + 1,
                     NAMES[index],
-                    values[index]
+                    Number(values[index])
                 ),
             ))
         };
@@ -234,9 +234,10 @@ impl Properties {
         Err(Error::new(
             Kind::BadProperty,
             format!(
-                "PROPS(2) gcr = {:?} with a characteristic length of {characteristic_length:?}: a host \
+                "PROPS(2) gcr = {:?} with a characteristic length of {:?}: a host \
                  without a characteristic length needs gcr > 0",
-                self.gcr
+                self.gcr,
+                Number(characteristic_length)
             ),
         ))
     }

@@ -3,7 +3,7 @@
 //! A header of [`HEADER`] numbers, the base-grid deflections (ndir each), the floating knots (1 + ndir each:
 //! r, then e), zeros. All zeros is the virgin state.
 
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, Number};
 use crate::memory::{self, Curve, Grid, Vector};
 
 /// Numbers before the memory curve.
@@ -69,7 +69,7 @@ pub struct Header {
     pub dissipated: f64,
     /// Length of the slip path while closed.
     pub slip_length: f64,
-    /// Tangential jump at the last increment (interface form).
+    /// Tangential jump at the last increment (interface form); with Lagrange multipliers the last one of these.
     pub jump: [f64; 2],
 }
 
@@ -201,14 +201,14 @@ impl Layout {
             let allowed = format!("a whole number from 0 to {}", self.floating);
             return Err(self.bad(state, 7, &allowed));
         }
-        let (base, memory) = memory.split_at(base_knots * N);
-        let (floating, unused) = memory.split_at(usize::from(floating) * (1 + N));
-        // Nearly always zeros.
-        if unused.iter().fold(0, |bits, x| bits | x.to_bits()) != 0
-            && unused.iter().any(|x| !x.is_finite())
-        {
-            return Err(self.not_finite(state));
+        let in_use = base_knots * N + usize::from(floating) * (1 + N);
+        // Nothing in a memory is larger than 1. From 2 on, and for what is no number, the highest bit of the exponent is
+        // set: a look at the bits keeps such numbers from comparisons and squares, which would raise flags.
+        let bits = memory.iter().fold(0, |bits, x| bits | x.to_bits());
+        if bits & 2f64.to_bits() != 0 {
+            self.refuse_large(state, in_use)?;
         }
+        let (base, floating) = memory[..in_use].split_at(base_knots * N);
         if !curve.set_base(grid, base.as_chunks().0) {
             self.project_base(state, grid, curve)?;
         }
@@ -225,15 +225,11 @@ impl Layout {
                 && r - below >= CLOSEST
                 && r - previous >= CLOSEST;
             if !apart {
-                return Err(if r.is_finite() {
-                    self.bad(
-                        state,
-                        slot,
-                        "above the knot before it and between knots of the base grid",
-                    )
-                } else {
-                    self.not_finite(state)
-                });
+                return Err(self.bad(
+                    state,
+                    slot,
+                    "above the knot before it and between knots of the base grid",
+                ));
             }
             previous = r;
             match deflection(r, &knot[1..]) {
@@ -314,6 +310,21 @@ impl Layout {
         self.bad(state, index, "finite")
     }
 
+    /// Refuses what is no number, and what is 2 or more among the first `in_use` numbers of the memory.
+    #[cold]
+    fn refuse_large(&self, state: &[f64], in_use: usize) -> Result<(), Error> {
+        if state.iter().any(|x| !x.is_finite()) {
+            return Err(self.not_finite(state));
+        }
+        match state[HEADER..][..in_use]
+            .iter()
+            .position(|x| x.abs() >= 2.0)
+        {
+            Some(index) => Err(self.bad(state, HEADER + index, "no larger than 1")),
+            None => Ok(()),
+        }
+    }
+
     /// The error for a number that no state holds there.
     #[cold]
     fn bad(&self, state: &[f64], index: usize, allowed: &str) -> Error {
@@ -322,22 +333,16 @@ impl Layout {
             format!(
                 "state[{index}] {} = {:?}: must be {allowed}",
                 self.slot_name(index).unwrap_or_default(),
-                state[index]
+                Number(state[index])
             ),
         )
     }
 
-    /// The error for a deflection that starts at `index`: not finite, or beyond its slip limit.
+    /// The error for a deflection that starts at `index` and is beyond its slip limit.
     #[cold]
     fn bad_deflection(&self, state: &[f64], index: usize, limit: f64) -> Error {
-        let vector = &state[index..index + self.ndir];
-        match vector.iter().position(|x| !x.is_finite()) {
-            Some(component) => self.bad(state, index + component, "finite"),
-            None => {
-                let allowed = format!("part of a deflection no longer than its slip limit {limit}");
-                self.bad(state, index, &allowed)
-            }
-        }
+        let allowed = format!("part of a deflection no longer than its slip limit {limit}");
+        self.bad(state, index, &allowed)
     }
 }
 
@@ -363,7 +368,7 @@ pub fn rotate(layout: &Layout, rotation: &[[f64; 2]; 2], state: &mut [f64]) {
         v[0] = rotation[0][0] * a + rotation[0][1] * b;
         v[1] = rotation[1][0] * a + rotation[1][1] * b;
     };
-    if layout.ndir != 2 || state.len() != layout.nstate {
+    if layout.ndir != 2 || state.len() < layout.used() {
         return;
     }
     turn(&mut state[5..7]);

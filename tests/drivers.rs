@@ -779,10 +779,10 @@ fn numbers_too_large_are_told_with_their_place() {
             );
         }
     }
-    // Accepted, though a square on the way to it is infinite.
+    // Large, but accepted.
     let history = file(
         "large_accepted.csv",
-        "time,slip_1,slip_2,pressure\n1,-5e-3,-5e-3,30\n2,4e-3,0,1e200\n",
+        "time,slip_1,slip_2,pressure\n1,-5e-3,-5e-3,30\n2,4e-3,0,1e140\n",
     );
     for driver in DRIVERS {
         let arguments = ["point", &history, "--props", "0.3,0.002,2.5,2,1"];

@@ -182,6 +182,12 @@ fn lm_of_the_penalty_methods() {
                     assert!(corrupt.statev.iter().all(|x| x.is_finite()));
                 }
             }
+            for wrong in [f64::NAN, f64::INFINITY, 1e308] {
+                let mut turned = used.with(&vec![1e-4; nfdir], 40.0);
+                (turned.drot[1], turned.lm) = (wrong, 2);
+                turned.run();
+                assert_eq!((turned.lm, turned.pnewdt), (2, 1.0));
+            }
             // Then it is a virgin point.
             open.lm = 0;
             open.step(&vec![3e-4; nfdir], 40.0);
@@ -519,6 +525,23 @@ fn refusals() {
         for wrong in [3, -1, i32::MAX] {
             refused("LM", stick, &|bad| bad.lm = wrong);
         }
+        for index in 0..12 {
+            for value in odd {
+                refused("PROPS", 0.0, &|bad| {
+                    let all = [MU, GCR, 2.5, 0.0, 0.0, 0.005, 1e5, 0.0, 16.0, 0.0, 0.0, 0.0];
+                    bad.props = with(&all, index + 1, value);
+                });
+            }
+        }
+        for value in [1e308, -1e308] {
+            for index in 0..nfdir {
+                refused("DGAM", stick, &|bad| bad.dgam[index] = value);
+            }
+            refused("PRESS", 0.0, &|bad| bad.press = value);
+            for slot in 8..8 + nfdir * [1, 16][nfdir - 1] {
+                refused("STATEV", stick, &|bad| bad.statev[slot] = value);
+            }
+        }
         for value in odd {
             for index in 0..nfdir {
                 refused("DGAM", stick, &|bad| bad.dgam[index] = value);
@@ -610,6 +633,45 @@ fn late_calls() {
         let stick = MU * 40.0 * 2.5 / GCR;
         assert_refused(&before, &after, stick, "while the thread ends");
     }
+}
+
+/// Sizes of every order: what is accepted raises no flag, which every call here watches.
+#[test]
+fn absurd_sizes_of_the_lagrange_method() {
+    let output = child("absurd", &[]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("accepted"), "{text}");
+}
+
+#[test]
+#[ignore = "run by absurd_sizes_of_the_lagrange_method"]
+fn absurd() {
+    println!("seed 407");
+    let mut random = fastrand::Rng::with_seed(407);
+    let mut accepted = 0;
+    for _ in 0..20_000 {
+        let nfdir = random.usize(1..=2);
+        let mut size = || {
+            let most = [2.0, 160.0, 308.0][random.usize(0..3)];
+            decades(&mut random, -most, most) * if random.bool() { 1.0 } else { -1.0 }
+        };
+        let props = [size().abs(), size().abs(), 2.5, 2.0];
+        let mut point = Call::new(&props, nfdir, default_state(nfdir));
+        point.absurd = true;
+        for _ in 0..3 {
+            let dgam: Vec<f64> = (0..nfdir).map(|_| size()).collect();
+            let mut call = point.with(&dgam, size().abs());
+            call.taulm = (0..nfdir).map(|_| size()).collect();
+            call.lm = [0, 1, 0, 2][(size().to_bits() % 4) as usize];
+            call.run();
+            if call.pnewdt == 1.0 {
+                accepted += 1;
+                point = call;
+            }
+        }
+    }
+    println!("{accepted} accepted");
+    assert!(accepted > 10_000);
 }
 
 /// While the point slips the host has no multiplier.
@@ -782,6 +844,13 @@ fn mistakes() {
             call.ciname = "HEAD-WASHER 100%".to_string();
             call.kinc = 3;
         });
+        // Under the names and numbers of the host.
+        bad(&|call| call.dgam[0] = 1e300);
+        bad(&|call| call.statev[8] = f64::NAN);
+        bad(&|call| {
+            call.dgam[1] = f64::NAN;
+            call.ciname = String::new();
+        });
     }
     // From several threads at once it is still said once.
     std::thread::scope(|scope| {
@@ -794,7 +863,7 @@ fn mistakes() {
     });
 }
 
-const EXPECTED: [&[&str]; 5] = [
+const EXPECTED: [&[&str]; 8] = [
     &[
         "contact PLATE-PLATE,",
         "node 4711",
@@ -811,6 +880,9 @@ const EXPECTED: [&[&str]; 5] = [
         "increment 3",
         "DGAM(2) = inf",
     ],
+    &["contact PLATE-PLATE,", "DGAM(1) = 1e300"],
+    &["contact PLATE-PLATE,", "STATEV(9) Base1_1 = NaN"],
+    &["contact (unnamed),", "DGAM(2) = NaN"],
     &["contact PLATE-PLATE,", "PRESS = NaN"],
 ];
 
@@ -889,5 +961,81 @@ fn outputs_of_a_good_call_are_all_written() {
                 .all(|array| array.iter().all(|x| *x != CANARY && x.is_finite()))
         );
         assert!(point.sfd.is_finite() && point.sfd != CANARY);
+    }
+}
+
+/// A spring of a Lagrange host that holds the point on one side and is moved on the other. While the point slips TAULM
+/// stays what it was when the point was last held (long afterwards it may still be beyond the limit, and along a slip that
+/// turns back), starts from zero in every increment, or follows the traction.
+#[test]
+fn an_old_multiplier_does_not_keep_a_point_from_sticking() {
+    let spring = 2e4;
+    for (seed, host) in [(404, "leaves"), (405, "clears"), (406, "follows")] {
+        println!("seed {seed}: {host}");
+        let mut random = fastrand::Rng::with_seed(seed);
+        let mut point = Call::new(&with(&props(), 4, 2.0), 2, 64);
+        let (mut end, mut velocity, mut slip) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+        let (mut stuck, mut slipped_on, mut turned_back) = (0, 0, 0);
+        for increment in 0..5000 {
+            let pressure = 40.0 * (1.0 + 0.6 * signed(&mut random));
+            let limit = MU * pressure;
+            let step = limit / spring * decades(&mut random, -1.0, 0.5);
+            for i in 0..2 {
+                velocity[i] = 0.8 * velocity[i] + 0.6 * signed(&mut random);
+                end[i] += step * velocity[i];
+            }
+            // What the spring holds while the point sticks, and what a return map makes of it.
+            let trial = [0, 1].map(|i| spring * (end[i] - slip[i]));
+            let size = trial[0].hypot(trial[1]);
+            let slips = trial.map(|t| (size - limit) / size * t / spring);
+            let expected = trial.map(|t| t * (limit / size).min(1.0));
+            let (mut dgam, mut held) = ([0.0; 2], false);
+            let (mut lm, mut taulm) = (point.lm, point.taulm.clone());
+            if host == "clears" {
+                taulm.fill(0.0);
+            }
+            let found = (0..6).find_map(|iteration| {
+                if lm == 1 {
+                    (dgam, held) = ([0.0; 2], true);
+                    taulm = trial.to_vec();
+                }
+                let mut call = point.with(&dgam, pressure);
+                (call.lm, call.taulm) = (lm, taulm.clone());
+                call.run();
+                assert_eq!(call.pnewdt, 1.0);
+                let stays = call.lm == lm;
+                lm = call.lm;
+                if lm == 0 && host == "follows" {
+                    taulm.clone_from(&call.tau);
+                }
+                let traction = if lm == 1 {
+                    trial
+                } else {
+                    [call.tau[0], call.tau[1]]
+                };
+                let rest = [0, 1].map(|i| trial[i] - spring * dgam[i] - traction[i]);
+                if stays && rest[0].hypot(rest[1]) < 1e-9 * limit {
+                    return Some((call, traction));
+                }
+                // With the traction of the slip before, then with the one along this slip.
+                dgam = if iteration == 0 {
+                    rest.map(|r| r / spring)
+                } else {
+                    slips
+                };
+                None
+            });
+            let (call, traction) = found.unwrap_or_else(|| panic!("increment {increment}: no end"));
+            for i in 0..2 {
+                assert_abs_diff_eq!(traction[i], expected[i], epsilon = 1e-6 * limit);
+                slip[i] += dgam[i];
+            }
+            stuck += i32::from(lm == 1);
+            slipped_on += i32::from(lm == 0 && !held);
+            turned_back += i32::from(lm == 0 && held && point.lm == 0);
+            point = call;
+        }
+        println!("{stuck} stuck, {slipped_on} slipped on, {turned_back} turned back");
+        assert!(stuck.min(slipped_on).min(turned_back) > 50);
     }
 }

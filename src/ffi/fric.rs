@@ -8,7 +8,7 @@ use super::standard::Standard;
 use super::user::{self, array, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::lagrange::Rigid;
-use crate::law::{Law, Response, check_finite};
+use crate::law::{Law, Response, SQUARED, within};
 use crate::memory::{Curve, Matrix, Vector};
 use crate::properties::Method;
 use crate::state::{HEADER, Header};
@@ -21,9 +21,6 @@ const SLIPPING: i32 = 0;
 const STICKING: i32 = 1;
 /// Relative motion flag: open before, frictionless in this increment.
 const OPEN: i32 = 2;
-
-/// The largest number that a state which will be forgotten may hold and still be read.
-const LARGEST_FORGOTTEN: f64 = 1e150;
 
 /// The arguments that are used, as the host passes them.
 #[derive(Clone, Copy)]
@@ -62,6 +59,7 @@ impl Arguments {
             }
         });
         if let Err(error) = outcome {
+            let error = user::in_host_words(error, host_name);
             // SAFETY: as the caller says.
             unsafe { self.shared.refuse("FRIC", &error, || self.offer()) }
         }
@@ -77,17 +75,17 @@ impl Arguments {
             let lm = read("LM", self.lm)?;
             self.check_outputs()?;
             let mut memory = Curve::new();
+            // The deflection of the last slip element.
             let last = layout.base - 1;
-            let (header, slip, pressure) = if lm == OPEN {
-                let header = self.read_forgotten(law, &mut memory);
-                (header, user::hint(self.dgam), 0.0)
+            let (header, before, slip, pressure) = if lm == OPEN {
+                let (header, before) = self.read_forgotten(law, &mut memory);
+                (header, before, user::hint(self.dgam), 0.0)
             } else {
                 let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
                 let pressure = read("PRESS", self.press)?;
-                check_finite(&"PRESS", pressure)?;
-                (header, vector("DGAM", self.dgam)?, pressure)
+                let before = Vector::from(memory.base()[last]);
+                (header, before, vector("DGAM", self.dgam, 1)?, pressure)
             };
-            let before = Vector::from(memory.base()[last]);
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, layout.nstate);
             let gcr = law
@@ -101,7 +99,7 @@ impl Arguments {
                 }
                 SLIPPING | STICKING if rigid => {
                     let multiplier = match lm {
-                        STICKING => vector::<N>("TAULM", self.taulm)?,
+                        STICKING => vector::<N>("TAULM", self.taulm, 1)?,
                         // Only a hint then, and not always set.
                         _ => user::hint(self.taulm),
                     };
@@ -135,12 +133,13 @@ impl Arguments {
                     ));
                 }
             };
-            // The deflection of the last slip element is the elastic part of the slip.
+            // What the last slip element takes up is the elastic part of the slip.
             let elastic = if rigid {
                 Vector::zeros()
             } else {
-                let last = HEADER + last * N;
-                (Vector::<N>::from_column_slice(&state1[last..last + N]) - before) * gcr
+                let slot = HEADER + last * N;
+                let after = Vector::<N>::from_column_slice(&state1[slot..slot + N]);
+                (after - before) * gcr
             };
             *self.lm = if lm == OPEN { OPEN } else { SLIPPING };
             self.answer(&response);
@@ -149,23 +148,27 @@ impl Arguments {
         }
     }
 
-    /// The state of a point that was open. Whatever is there will be forgotten, so nothing can be wrong with it.
+    /// The state of a point that was open, and the deflection of its last slip element. Whatever is there will be
+    /// forgotten, so nothing can be wrong with it.
     ///
     /// # Safety
     /// As [`Arguments::run`], NFDIR = N.
-    unsafe fn read_forgotten<const N: usize>(&self, law: &Law<N>, memory: &mut Curve<N>) -> Header {
+    unsafe fn read_forgotten<const N: usize>(
+        &self,
+        law: &Law<N>,
+        memory: &mut Curve<N>,
+    ) -> (Header, Vector<N>) {
         // SAFETY: sizes as the host declares them, copied at once.
         unsafe {
             // Numbers whose squares are none are not even looked at: some hosts trap that.
             let state = array("STATEV", self.statev, law.layout().used());
-            if state.is_ok_and(|state| state.iter().all(|x| x.abs() <= LARGEST_FORGOTTEN))
+            if state.is_ok_and(|state| state.iter().all(|x| within(*x, SQUARED)))
                 && let Ok(header) = user::read_turned("STATEV", law, self.statev, self.drot, memory)
             {
-                return header;
+                return (header, Vector::from(memory.base()[law.layout().base - 1]));
             }
         }
-        *memory = Curve::virgin(law.layout().base);
-        Header::default()
+        (Header::default(), Vector::zeros())
     }
 
     #[inline(always)]
@@ -233,6 +236,16 @@ impl Arguments {
             write(self.ddtddp, Vector::<N>::zeros().as_slice());
             write(self.ddtddt, &[0.0; 4][..2 * N]);
         }
+    }
+}
+
+/// What the host calls an argument of the library.
+fn host_name(ours: &str, index: usize) -> Option<String> {
+    match ours {
+        "slip_increment" => Some(format!("DGAM({})", index + 1)),
+        "pressure" => Some("PRESS".to_string()),
+        "multiplier" => Some(format!("TAULM({})", index + 1)),
+        _ => user::common_name(ours, index),
     }
 }
 

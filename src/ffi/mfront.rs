@@ -151,7 +151,7 @@ impl Behaviour {
         };
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe { self.update(data, laws) });
-        let Err(error) = outcome.map_err(in_behaviour_words) else {
+        let Err(error) = outcome.map_err(|error| self.in_host_words::<N>(error)) else {
             return 1;
         };
         // SAFETY: null or as the interface says.
@@ -278,6 +278,22 @@ impl Behaviour {
         Ok(())
     }
 
+    /// A failure under the names that the host's user knows.
+    #[cold]
+    fn in_host_words<const N: usize>(self, error: Error) -> Error {
+        let slots = self.components::<N>(1.0).slots;
+        let mut error = user::in_host_words(error, |ours, index| match (ours, self) {
+            ("opening", Behaviour::Contact) => Some(format!("OpeningDisplacement[{index}]")),
+            ("opening", Behaviour::Layer) => Some(format!("jump of Strain[{}]", slots.get(index)?)),
+            ("state", _) => Some(format!("s0.internal_state_variables[{index}]")),
+            _ => None,
+        });
+        for (theirs, ours) in &PROPERTIES[..COHESIVE_PROPERTIES] {
+            error.message = error.message.replace(ours, &theirs.to_string_lossy());
+        }
+        error
+    }
+
     /// PROPS in the library's order, and the thickness of the layer (1 for the cohesive zone).
     fn convert(self, given: &[f64]) -> Result<([f64; 8], f64), Error> {
         let thickness = given.get(COHESIVE_PROPERTIES).copied().unwrap_or(1.0);
@@ -304,24 +320,18 @@ fn secant<const N: usize>(
     rise: &Vector<N>,
 ) -> Operator {
     let elastic = law.sticking_stiffness(gcr, -response.normal_traction);
-    let slope = rise.dot(slip) / slip.norm_squared();
+    let length2 = slip.norm_squared();
+    // Not by zero: compilers divide first, and some hosts trap that. Without slip by 1.
+    let slope = rise.dot(slip) / (length2 + f64::from(u8::from(length2 == 0.0)));
+    let slips = length2 > 0.0 && slope.is_finite();
     uncoupled(
         response.normal_stiffness,
-        if slope.is_finite() {
+        if slips {
             slope.clamp(0.0, elastic)
         } else {
             elastic
         },
     )
-}
-
-/// A failure under the names that the host's user knows.
-#[cold]
-fn in_behaviour_words(mut error: Error) -> Error {
-    for (theirs, ours) in &PROPERTIES[..COHESIVE_PROPERTIES] {
-        error.message = error.message.replace(ours, &theirs.to_string_lossy());
-    }
-    error
 }
 
 /// Writes a failure as a C string.

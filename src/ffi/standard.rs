@@ -4,7 +4,7 @@ use super::guard;
 use super::host::{Place, Severity, report};
 use super::user::{ThreadLaws, count, cut_back, name, properties, read, with_law, write};
 use crate::error::Error;
-use crate::law::{Law, default_state_size};
+use crate::law::{Law, check_pressure, default_state_size};
 use libc::{c_char, c_double};
 
 /// The arguments that both routines use alike.
@@ -91,6 +91,7 @@ impl Standard {
     pub(super) unsafe fn sticking<const N: usize>(&self, pressure: Result<f64, Error>) -> [f64; 2] {
         // SAFETY: as the caller says.
         let stiffness = pressure.and_then(|pressure| unsafe {
+            check_pressure(pressure)?;
             let props = properties(self.props, self.nprops)?;
             let law = Law::<N>::new(props, default_state_size(props, N)?)?;
             let gcr = law.critical_slip(self.characteristic_length())?;

@@ -6,7 +6,7 @@
 use super::components::{Components, Order, consistent, uncoupled};
 use super::guard;
 use super::standard::Standard;
-use super::user::{self, array, read, required, vector, write};
+use super::user::{self, read, required, vector, write};
 use crate::error::{Error, Kind};
 use crate::law::{Law, check_finite};
 use crate::memory::{Curve, Vector};
@@ -57,6 +57,7 @@ impl Arguments {
             }
         });
         if let Err(error) = outcome {
+            let error = user::in_host_words(error, host_name);
             // SAFETY: as the caller says.
             unsafe { self.shared.refuse("UINTER", &error, || self.offer()) }
         }
@@ -87,7 +88,7 @@ impl Arguments {
             let slip = if unpaired {
                 Vector::<N>::zeros()
             } else {
-                vector("DRDISP", array("DRDISP", self.drdisp, 1 + N)?[1..].as_ptr())?
+                vector("DRDISP", self.drdisp, 2)?
             };
             let jump = Vector::<N>::from_column_slice(&header.jump[..N]) + slip;
             // Everything has been read: from here on STATEV is only written.
@@ -165,6 +166,16 @@ impl Arguments {
             Self::components::<N>().write_operator::<N>(&operator, Order::ColumnMajor, self.ddsddr);
             self.clear_the_rest(1 + N);
         }
+    }
+}
+
+/// What the host calls an argument of the library.
+fn host_name(ours: &str, index: usize) -> Option<String> {
+    match (ours, index) {
+        // An opening is a negative penetration.
+        ("opening", 0) => Some("-RDISP(1)".to_string()),
+        ("opening", _) => Some(format!("DRDISP({})", index + 1)),
+        _ => user::common_name(ours, index),
     }
 }
 

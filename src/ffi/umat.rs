@@ -119,6 +119,7 @@ impl Arguments {
             }
         });
         if let Err(error) = outcome {
+            let error = user::in_host_words(error, user::common_name);
             // SAFETY: null or readable.
             let number = |pointer| unsafe { read("", pointer) }.unwrap_or(0);
             stop(&format!(
@@ -163,7 +164,13 @@ impl Arguments {
             let (normal, tangential) = components.opening::<N>(&total);
             // Everything has been read: from here on STATEV is only written.
             let state1 = slice::from_raw_parts_mut(self.statev, law.layout().nstate);
-            let response = law.interface(gcr, normal, &tangential, state0, state1)?;
+            let response = law.interface(gcr, normal, &tangential, state0, state1);
+            let response = response.map_err(|error| {
+                user::in_host_words(error, |ours, index| {
+                    let slot = 1 + components.slots.get(index)?;
+                    (ours == "opening").then(|| format!("jump of STRAN({slot}) + DSTRAN({slot})"))
+                })
+            })?;
             let operator = if arrangement.always_sticking {
                 sticking(law, gcr, &response)
             } else {

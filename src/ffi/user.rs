@@ -1,7 +1,7 @@
 //! What the user routines of FE hosts share: their arguments, and the law that their properties ask for.
 
-use crate::error::{Error, Kind};
-use crate::law::{Law, check_finite};
+use crate::error::{Error, Kind, Number};
+use crate::law::{Law, SQUARED, within};
 use crate::memory::{Curve, Matrix, Vector};
 use crate::state::{Header, Layout, MAX_USED, rotate};
 use arrayvec::ArrayVec;
@@ -16,6 +16,8 @@ pub(super) const CUTBACK: f64 = 0.5;
 const ORTHOGONALITY: f64 = 1e-6;
 /// Length of the contact and surface names.
 const NAME_LENGTH: usize = 80;
+/// What a contact without a name is called.
+const UNNAMED: &str = "(unnamed)";
 /// Laws kept per thread.
 const MOST_LAWS: usize = 256;
 
@@ -49,7 +51,7 @@ impl<const N: usize> Laws<N> {
             // Points of one pair come one after the other: the law used last is looked at first.
             Some(index) => self.0.swap(0, index),
             None => {
-                let law = Law::new(props, nstate).map_err(in_host_words)?;
+                let law = Law::new(props, nstate)?;
                 self.0.truncate(MOST_LAWS - 1);
                 let props = props.to_vec();
                 self.0.insert(0, Box::new(Kept { props, law }));
@@ -75,14 +77,33 @@ pub(super) fn with_law<const N: usize>(
     })
 }
 
-/// Sizes under the names that a user of these routines knows.
-fn in_host_words(mut error: Error) -> Error {
-    for (ours, theirs) in [("nstate", "NSTATV"), ("nprops", "NPROPS")] {
-        if let Some(rest) = error.message.strip_prefix(ours) {
-            error.message = format!("{theirs}{rest}");
-        }
+/// An error of the library in the words of a host: `name` takes the library's name of the argument, and the index
+/// (from 0) of the number in it, and gives the host's, or None where the name is the host's already.
+#[cold]
+pub(super) fn in_host_words(
+    mut error: Error,
+    name: impl FnOnce(&str, usize) -> Option<String>,
+) -> Error {
+    let end = error.message.find([' ', '[']);
+    let (ours, rest) = error.message.split_at(end.unwrap_or(0));
+    let (index, rest) = match rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+        Some((index, rest)) => (index.parse().unwrap_or(0), rest),
+        None => (0, rest),
+    };
+    if let Some(theirs) = name(ours, index) {
+        error.message = format!("{theirs}{rest}");
     }
     error
+}
+
+/// What FRIC, UINTER and UMAT call the state and the sizes.
+pub(super) fn common_name(ours: &str, index: usize) -> Option<String> {
+    match ours {
+        "state" => Some(format!("STATEV({})", index + 1)),
+        "nstate" => Some("NSTATV".to_string()),
+        "nprops" => Some("NPROPS".to_string()),
+        _ => None,
+    }
 }
 
 /// The refusal of a null pointer.
@@ -162,33 +183,31 @@ pub(super) unsafe fn properties<'a>(
     unsafe { array("PROPS", props, count("NPROPS", nprops)?) }
 }
 
-/// A vector of the host, checked to be finite.
+/// N numbers of an array of the host, from number `first` (from 1) on.
 ///
 /// # Safety
-/// `pointer` is null or points to N readable numbers.
+/// `pointer` is null or points to an array that reaches that far.
 #[inline(always)]
 pub(super) unsafe fn vector<const N: usize>(
     name: &str,
     pointer: *const c_double,
+    first: usize,
 ) -> Result<Vector<N>, Error> {
     // SAFETY: as the caller says; copied at once.
-    let vector = Vector::<N>::from_column_slice(unsafe { array(name, pointer, N)? });
-    for (index, value) in vector.iter().enumerate() {
-        check_finite(&format_args!("{name}({})", index + 1), *value)?;
-    }
-    Ok(vector)
+    let numbers = unsafe { array(name, pointer, first - 1 + N)? };
+    Ok(Vector::from_column_slice(&numbers[first - 1..]))
 }
 
-/// A vector that hosts may leave unset: zeros where it is not there, or not finite.
-///
-/// Apart from [`vector`]: the words of an error that nobody reads would raise a floating-point exception for NaN.
+/// A vector that hosts may leave unset: zeros where it is not there, or cannot be meant.
 ///
 /// # Safety
-/// As [`vector`].
+/// `pointer` is null or points to N readable numbers.
 pub(super) unsafe fn hint<const N: usize>(pointer: *const c_double) -> Vector<N> {
     // SAFETY: as the caller says; copied at once.
     match unsafe { array("", pointer, N) } {
-        Ok(numbers) if numbers.iter().all(|x| x.is_finite()) => Vector::from_column_slice(numbers),
+        Ok(numbers) if numbers.iter().all(|x| within(*x, SQUARED)) => {
+            Vector::from_column_slice(numbers)
+        }
         _ => Vector::zeros(),
     }
 }
@@ -245,11 +264,14 @@ pub(super) unsafe fn cut_back(pnewdt: *mut c_double) {
 /// `pointer` is null or points to 80 characters.
 pub(super) unsafe fn name(pointer: *const c_char) -> String {
     if pointer.is_null() {
-        return "(unnamed)".to_string();
+        return UNNAMED.to_string();
     }
     // SAFETY: 80 characters by the caller's word.
     let bytes = unsafe { slice::from_raw_parts(pointer.cast::<u8>(), NAME_LENGTH) };
-    String::from_utf8_lossy(bytes).trim_end().to_string()
+    match String::from_utf8_lossy(bytes).trim_end() {
+        "" => UNNAMED.to_string(),
+        name => name.to_string(),
+    }
 }
 
 /// Reads a state whose remembered vectors turn with the slip directions.
@@ -296,24 +318,23 @@ unsafe fn turn(drot: *const c_double, layout: &Layout, state: &mut [f64]) -> Res
     }
     // SAFETY: four numbers by the caller's word.
     let drot = unsafe { slice::from_raw_parts(drot, 4) };
-    let drot = Matrix::<2>::from_column_slice(drot);
-    let off = (drot.transpose() * drot - Matrix::<2>::identity()).norm();
-    let proper = off < ORTHOGONALITY && drot.determinant() > 0.0;
+    let numbers = drot;
+    let drot = Matrix::<2>::from_column_slice(numbers);
+    let off = || (drot.transpose() * drot - Matrix::<2>::identity()).norm();
+    let proper = numbers.iter().all(|x| within(*x, 1.0 + ORTHOGONALITY))
+        && off() < ORTHOGONALITY
+        && drot.determinant() > 0.0;
     if !proper {
+        let numbers: Vec<_> = numbers.iter().copied().map(Number).collect();
         return Err(Error::new(
             Kind::BadInput,
-            format!("DROT = {:?}: must be a rotation", drot.as_slice()),
+            format!("DROT = {numbers:?}: must be a rotation"),
         ));
     }
     // The rotation next to it: the memory must not grow or shrink by what the host rounds.
     let (cosine, sine) = (drot[(0, 0)] + drot[(1, 1)], drot[(1, 0)] - drot[(0, 1)]);
     let length = cosine.hypot(sine);
     let (cosine, sine) = (cosine / length, sine / length);
-    // `state` is the used part only, which is a state of its own.
-    let used = Layout {
-        nstate: layout.used(),
-        ..*layout
-    };
-    rotate(&used, &[[cosine, -sine], [sine, cosine]], state);
+    rotate(layout, &[[cosine, -sine], [sine, cosine]], state);
     Ok(())
 }

@@ -9,13 +9,13 @@ use super::host::{Place, Severity, report};
 use super::user::{
     self, StateCopy, ThreadLaws, array, count, name, null, properties, read, with_law, write,
 };
-use crate::error::{Error, Kind};
-use crate::law::{Law, check_finite};
+use crate::error::{Error, Kind, Number};
+use crate::law::{Law, SQUARED, check_finite, check_within, within};
 use crate::memory::Vector;
 use libc::{c_char, c_double};
 use std::slice;
 
-/// How far the square of a unit vector's length may be from one.
+/// How far the length of a unit vector may be from one.
 const UNIT: f64 = 1e-3;
 
 type Global = Vector<3>;
@@ -31,6 +31,8 @@ struct Contact {
 /// The arguments that both routines have, and where the rest of a point is.
 struct Block<P> {
     routine: &'static str,
+    /// The routine's names of the state, and of the numbers of states and of points.
+    names: [&'static str; 3],
     points: *const i32,
     f_tangential: *mut c_double,
     n_fric_dir: *const i32,
@@ -93,11 +95,12 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
             if self.f_tangential.is_null() {
                 return Err(null("fTangential"));
             }
-            let states = count("nStateVar", self.n_states)?;
+            let [_, n_states, n_points] = self.names;
+            let states = count(n_states, self.n_states)?;
             let props = properties(self.props, self.n_props)?;
             with_law(laws, props, states, |law| {
                 let gcr = law.critical_slip(0.0)?;
-                for k in 0..count("nContact", self.points)? {
+                for k in 0..count(n_points, self.points)? {
                     let mut node = 0;
                     let force = (self.contact)(k, states).and_then(|contact| {
                         node = contact.node;
@@ -128,7 +131,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
         // SAFETY: sizes as the host declares them.
         unsafe {
             let mut copy = StateCopy::new();
-            let state0 = user::state("statev", law.layout(), contact.state, &mut copy)?;
+            let state0 = user::state(self.names[0], law.layout(), contact.state, &mut copy)?;
             let force = array("fNormal", self.f_normal, k + 1)?[k];
             check_finite(&"fNormal", force)?;
             let pressure = if force > 0.0 {
@@ -137,6 +140,9 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                 0.0
             };
             let slip: Global = global(array("dSlipFric", self.slip, (k + 1) * (1 + N))?, k, 1 + N);
+            for (index, value) in slip.iter().enumerate() {
+                check_within(&format_args!("dSlipFric({})", index + 1), *value, SQUARED)?;
+            }
             let normal = global(array("dircosN", self.normal, (k + 1) * (1 + N))?, k, 1 + N);
             let along = global(
                 array("dircosSl", self.slip_direction, (k + 1) * (1 + N))?,
@@ -144,7 +150,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                 1 + N,
             );
             let normal = unit("dircosN", normal)?;
-            // Without slip its direction may be anything.
+            // Without slip its direction may be anything; the force then has none either.
             let along = match unit("dircosSl", along) {
                 Err(error) if slip.norm_squared() > 0.0 => return Err(error),
                 along => along.unwrap_or_else(|_| Global::zeros()),
@@ -169,6 +175,17 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
     /// As [`Block::run`].
     #[cold]
     unsafe fn tell(&self, node: i32, error: &Error) {
+        let error = user::in_host_words(error.clone(), |ours, index| {
+            let [state, n_states, _] = self.names;
+            Some(match ours {
+                // The memory has directions of its own.
+                "slip_increment" => "a component of dSlipFric".to_string(),
+                "state" => format!("{state}({})", index + 1),
+                "nstate" => n_states.to_string(),
+                "nprops" => "nProps".to_string(),
+                _ => return None,
+            })
+        });
         // SAFETY: null, or as the host's manual says.
         unsafe {
             let contact = name(self.interaction);
@@ -181,7 +198,7 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                     increment: read("", self.increment).unwrap_or(0),
                 },
                 Severity::Fatal,
-                error,
+                &error,
             );
         }
     }
@@ -194,13 +211,16 @@ fn global(columns: &[f64], k: usize, directions: usize) -> Global {
 }
 
 fn unit(name: &str, vector: Global) -> Result<Global, Error> {
-    let length = vector.norm();
-    if (length - 1.0).abs() < UNIT {
-        return Ok(vector / length);
+    if vector.iter().all(|x| within(*x, 1.0 + UNIT)) {
+        let length = vector.norm();
+        if (length - 1.0).abs() < UNIT {
+            return Ok(vector / length);
+        }
     }
+    let numbers: Vec<_> = vector.iter().copied().map(Number).collect();
     Err(Error::new(
         Kind::BadInput,
-        format!("{name} = {:?}: must be a unit vector", vector.as_slice()),
+        format!("{name} = {numbers:?}: must be a unit vector"),
     ))
 }
 
@@ -326,6 +346,7 @@ macro_rules! export_vfric {
             };
             let block = Block {
                 routine: "VFRIC",
+                names: ["statev", "nStateVar", "nContact"],
                 points: n_contact,
                 f_tangential,
                 n_fric_dir,
@@ -427,6 +448,7 @@ macro_rules! export_vfriction {
             };
             let block = Block {
                 routine: "VFRICTION",
+                names: ["state", "nStates", "nBlock"],
                 points: n_block,
                 f_tangential,
                 n_fric_dir,

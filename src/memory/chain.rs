@@ -203,7 +203,8 @@ mod tests {
     fn two_fronts(sticks_between: bool, places: [(f64, usize); 2]) -> Chain<2> {
         let backbone = PowerLaw::new(2.0);
         let grid = Grid::<2>::new(&backbone, 4);
-        let end = Curve::virgin(4);
+        let mut end = Curve::new();
+        assert!(end.set_base(&grid, &[[0.0; 2]; 4]));
         let mut chain = Chain::new();
         for ((r, k), stick_above) in places.into_iter().zip([sticks_between, !sticks_between]) {
             let front = Front {

@@ -112,7 +112,7 @@ pub struct Increment<const N: usize> {
     pub traction: Vector<N>,
     /// d traction / d slip increment.
     pub tangent: Matrix<N>,
-    /// What the traction loses when the remembered deflections shrink: -d traction / d(log of their scale).
+    /// What the traction loses when the remembered deflections shrink: d traction / d(log of their scale).
     pub shrinkage: Vector<N>,
     /// Stored energy over gcr mu p.
     pub stored: f64,
@@ -132,13 +132,6 @@ impl<const N: usize> Curve<N> {
             base: ArrayVec::new(),
             floating: ArrayVec::new(),
         }
-    }
-
-    /// A virgin curve with `count` base knots.
-    pub fn virgin(count: usize) -> Self {
-        let mut curve = Self::new();
-        curve.base.extend((0..=count).map(|_| [0.0; N]));
-        curve
     }
 
     /// Deflections of the base knots, ascending in r (after them there may be one that nobody asks for).

@@ -118,7 +118,8 @@ mod tests {
     fn only_a_knot_that_sticks_is_dropped() {
         let backbone = PowerLaw::new(2.5);
         let grid = Grid::<1>::new(&backbone, 1);
-        let mut curve = Curve::virgin(1);
+        let mut curve = Curve::new();
+        assert!(curve.set_base(&grid, &[[0.0]]));
         // The first lies on the line between its neighbours: it does not matter at all.
         for (r, e) in [(0.3, 0.1), (0.6, 0.2)] {
             curve.push_floating(r, Vector::from([e]), 0);

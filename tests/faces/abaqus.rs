@@ -3,7 +3,7 @@
 use crate::fortran::{program, run};
 
 /// Words of the messages, in the order of tests/fortran/refusals.f90, and the level that the host hears.
-const MESSAGES: [(&str, &str, &str); 9] = [
+const MESSAGES: [(&str, &str, &str); 14] = [
     (
         "-2",
         "mepc UINTER: contact FEW, node 7, step 2, increment 5:",
@@ -25,6 +25,21 @@ const MESSAGES: [(&str, &str, &str); 9] = [
         "DROT = [1.0, 0.0, 0.0, -1.0]",
     ),
     (
+        "-2",
+        "mepc UINTER: contact NOT-A-NUMBER, node 7, step 2, increment 5:",
+        "DRDISP(2) = NaN",
+    ),
+    (
+        "-2",
+        "mepc UINTER: contact TOO-LONG, node 7, step 2, increment 5:",
+        "DRDISP(3) = 1e200",
+    ),
+    (
+        "-2",
+        "mepc UINTER: contact TOO-DEEP, node 7, step 2, increment 5:",
+        "-RDISP(1) = -1e308",
+    ),
+    (
         "-3",
         "mepc VFRIC: contact NODE, node 0, step 1, increment 9:",
         "jConSlvid(2) = 3: must be a slave node, 1 to 2",
@@ -32,12 +47,22 @@ const MESSAGES: [(&str, &str, &str); 9] = [
     (
         "-3",
         "mepc VFRIC: contact SHORT, node 0, step 1, increment 9:",
-        "NSTATV = 30",
+        "nStateVar = 30",
     ),
     (
         "-3",
         "mepc VFRIC: contact NOWHERE, node 11, step 1, increment 9:",
         "dircosSl = [0.0, 0.0, 0.0]",
+    ),
+    (
+        "-3",
+        "mepc VFRIC: contact NOT-A-NUMBER, node 11, step 1, increment 9:",
+        "dSlipFric(3) = NaN",
+    ),
+    (
+        "-3",
+        "mepc VFRIC: contact STATE, node 12, step 1, increment 9:",
+        "statev(9) Base1_1 = NaN",
     ),
     (
         "-3",

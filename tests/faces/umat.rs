@@ -337,7 +337,7 @@ fn input(ndir: usize, nstate: usize, props: &str) -> String {
 
 /// Bad input that the caller passes on: layout, sizes and properties, and words of the message. The caller's arrays are those of
 /// the layout, whatever PROPS(13) says.
-const BAD: [(&str, usize, usize, &str, &str); 9] = [
+const BAD: [(&str, usize, usize, &str, &str); 10] = [
     (
         "0",
         2,
@@ -376,6 +376,13 @@ const BAD: [(&str, usize, usize, &str, &str); 9] = [
         64,
         "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0",
         "NTENS = 6: PROPS(13) layout 0",
+    ),
+    (
+        "1",
+        2,
+        64,
+        "0.3 1e-110",
+        "jump of STRAN(6) + DSTRAN(6) = 0.001: must be finite and a slip",
     ),
 ];
 

@@ -1,6 +1,7 @@
 !> Bad input to the routines of Abaqus: what they leave, and what they give instead. Their messages go to the host.
 program refusals
     use history
+    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
     use, intrinsic :: iso_fortran_env, only: int32, real64
     implicit none
     external :: uinter, vfric, vfriction
@@ -10,7 +11,7 @@ program refusals
     real(real64), parameter :: mirror(2, 2) = reshape([1, 0, 0, -1], [2, 2])
     !> Pressure on entry of the refused calls, and the stiffness of the sticking contact there: mu p chi / gcr.
     real(real64), parameter :: pressure = 50, stick = 0.3_real64 * pressure * 2.5_real64 / 0.002_real64
-    real(real64) :: bad(7), none(30)
+    real(real64) :: bad(7), none(30), nan
     character(80), parameter :: ciname = 'BOLT', other = ''
 
     none = 0
@@ -22,6 +23,13 @@ program refusals
     bad(1) = -1
     call refused_interface('NO-LAW', bad, 64_int32, identity, 0.0_real64, 0.0_real64)
     call refused_interface('MIRROR', good, 64_int32, mirror, good(7), stick)
+    nan = ieee_value(nan, ieee_quiet_nan)
+    call refused_interface('NOT-A-NUMBER', good, 64_int32, identity, good(7), stick, [1e-3_real64, 1e-4_real64, 0.0_real64], &
+        [0.0_real64, nan, 0.0_real64])
+    call refused_interface('TOO-LONG', good, 64_int32, identity, good(7), stick, [1e-3_real64, 1e-4_real64, 0.0_real64], &
+        [0.0_real64, 0.0_real64, 1e200_real64])
+    call refused_interface('TOO-DEEP', good, 64_int32, identity, good(7), stick, [1e308_real64, 0.0_real64, 0.0_real64], &
+        none(:3))
     call turned_interface()
     call unpaired_interface()
     call refused_pairs()
@@ -57,21 +65,25 @@ contains
     end subroutine
 
     !> `normal` and `tangential`: what DDSDDR must hold then.
-    subroutine refused_interface(name, props, nstate, drot, normal, tangential)
+    subroutine refused_interface(name, props, nstate, drot, normal, tangential, rdisp, drdisp)
         character(*), intent(in) :: name
         real(real64), intent(in) :: props(:), drot(2, 2), normal, tangential
+        real(real64), intent(in), optional :: rdisp(3), drdisp(3)
         integer(int32), intent(in) :: nstate
-        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd, expected(3, 3)
+        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd, expected(3, 3), total(3), increment(3)
         integer(int32) :: lopenclose
 
+        total = [1e-3_real64, 1e-4_real64, 0.0_real64]
+        increment = [0.0_real64, 1e-4_real64, 0.0_real64]
+        if (present(rdisp)) total = rdisp
+        if (present(drdisp)) increment = drdisp
         expected = reshape([normal, 0.0_real64, 0.0_real64, 0.0_real64, tangential, 0.0_real64, 0.0_real64, 0.0_real64, &
             tangential], [3, 3])
         stress = [pressure, 3.0_real64, -2.0_real64]
         statev = 0
         pnewdt = 0.8_real64
         lopenclose = 1
-        call call_uinter(name, props, nstate, [1e-3_real64, 1e-4_real64, 0.0_real64], &
-            [0.0_real64, 1e-4_real64, 0.0_real64], drot, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call call_uinter(name, props, nstate, total, increment, drot, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
         call expect(pnewdt == 0.5_real64, 'PNEWDT of a refusal')
         call expect(all(stress == [pressure, 3.0_real64, -2.0_real64]) .and. all(statev == 0), &
             'a refusal leaves STRESS and STATEV')
@@ -133,6 +145,19 @@ contains
         along(:, 1) = 0
         call call_vfric('NOWHERE', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
         call expect(all(force(:, 1) == 0) .and. force(1, 2) < -1, 'slip without a direction')
+        ! Without slip its direction may be anything.
+        slip = 0
+        along(:, 1) = nan
+        along(:, 2) = 1e200_real64
+        force = untouched
+        call call_vfric('STILL', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        call expect(all(force == 0), 'no slip, no direction')
+        slip(3, 1) = nan
+        call call_vfric('NOT-A-NUMBER', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        statev(9, 2) = nan
+        slip = 0
+        call call_vfric('STATE', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        call expect(all(force == 0), 'no number, no friction')
     end subroutine
 
     subroutine call_vfric(name, slave, nstate, slip, along, force, statev)

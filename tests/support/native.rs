@@ -170,7 +170,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
-        out.status = flags::watch(call, |status| *status >= 0);
+        out.status = flags::watch(call, |_| true);
         out
     }
 
@@ -191,7 +191,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
-        out.status = flags::watch(call, |status| *status >= 0);
+        out.status = flags::watch(call, |_| true);
         out
     }
 }
@@ -314,7 +314,7 @@ impl WatchedCall for FrictionCall<'_> {
             .each_mut()
             .map(|output| output.as_mut().map_or(null_mut(), Watched::pointer));
         // SAFETY: arrays of the documented sizes, or NULL.
-        unsafe {
+        let call = || unsafe {
             (native().mepc_friction)(
                 self.law,
                 slip,
@@ -326,7 +326,9 @@ impl WatchedCall for FrictionCall<'_> {
                 dpressure,
                 energy,
             )
-        }
+        };
+        // Refused or not.
+        flags::watch(call, |_| true)
     }
 
     fn outputs(&mut self) -> &mut [Option<Watched>] {
@@ -363,9 +365,10 @@ impl WatchedCall for InterfaceCall<'_> {
             .each_mut()
             .map(|output| output.as_mut().map_or(null_mut(), Watched::pointer));
         // SAFETY: arrays of the documented sizes, or NULL.
-        unsafe {
+        let call = || unsafe {
             (native().mepc_interface)(self.law, opening, state0, state1, traction, tangent, energy)
-        }
+        };
+        flags::watch(call, |_| true)
     }
 
     fn outputs(&mut self) -> &mut [Option<Watched>] {
