@@ -7,7 +7,12 @@
 !> Functions that can fail return a status: 0 success, < 0 an error (its words: `mepc_last_error`), nothing is written then;
 !> > 0 success with a remark. Arguments marked optional may be left out.
 !> The routines keep nothing between calls: the state at the start of the increment goes in, the state at its end comes out
-!> in another array, so that an increment can be repeated or rejected. A law may be used by several threads at once.
+!> in another array (C allows the same one, Fortran does not), so that an increment can be repeated or rejected. A law may be
+!> used by several threads at once.
+!>
+!> `fric` is a host's routine: it tells what is wrong through the host or on standard error, not in `mepc_last_error`.
+!>
+!> Fortran 2018 (optional arguments of C functions).
 !>
 !> C stores matrices by rows, so in Fortran order the first index is the one that varies in the denominator: see each
 !> procedure.

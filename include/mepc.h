@@ -6,8 +6,8 @@
  * pressure; the friction traction has the sign of the slip. Arrays belong to the caller and are only used during the
  * call, except a law, which the caller makes with mepc_law_new and releases with mepc_law_free. A status is 0 on
  * success, positive for an advisory, negative for an error (mepc_last_error tells in words); outputs are written only
- * if it is not negative. Nothing unwinds or aborts. Functions may be called from any
- * number of threads at once; a law may be shared by them.
+ * if it is not negative, and none of them may overlap another array unless that is said. Nothing unwinds or aborts.
+ * Functions may be called from any number of threads (with 64 KiB of stack or more) at once; a law may be shared by them.
  */
 
 #ifndef MEPC_H
@@ -203,6 +203,7 @@ int32_t mepc_interface(const mepc_law *law,
 
  Returns the most negative status, else the largest; points that fail leave their outputs untouched, and
  mepc_last_error tells of the first point with the returned status. The result does not depend on threads.
+ Where the call itself is refused (a null array, n < 0), statuses stay untouched, too.
 
  law came from mepc_law_new, and arrays are as long as described.
  */

@@ -180,13 +180,7 @@ impl Iwan {
 
     /// The energy dissipated per cycle, closed form: 4 F_s X_s G(A / X_s).
     pub fn dissipation(&self, amplitude: f64) -> f64 {
-        let backbone = self.backbone();
-        let a = amplitude / self.displacement;
-        let loss = if a <= 1.0 {
-            backbone.at(a).loss
-        } else {
-            a - 2.0 * (1.0 - backbone.at(1.0).integral)
-        };
+        let loss = self.backbone().cycle_loss(amplitude / self.displacement);
         4.0 * self.force * self.displacement * loss
     }
 

@@ -208,29 +208,19 @@ impl Model {
                     .map_err(|error| anyhow!("--props: {error}"))?;
                 let properties = law.properties();
                 let unit = properties.mu * preload * gcr;
+                let a = largest_slip / gcr;
+                let loss = match properties.backbone() {
+                    Choice::PowerLaw(curve) => curve.cycle_loss(a),
+                    Choice::Segalman(curve) => curve.cycle_loss(a),
+                };
                 Ok(Cycle {
                     amplitude,
                     points: loop_points,
                     energy: after - before,
-                    closed_form: 4.0 * unit * loss(&properties.backbone(), largest_slip / gcr),
+                    closed_form: 4.0 * unit * loss,
                 })
             }
         }
-    }
-}
-
-/// A quarter of the energy of a cycle of amplitude a, normalised.
-fn loss(backbone: &Choice, a: f64) -> f64 {
-    let of = |curve: &dyn Backbone| {
-        if a <= 1.0 {
-            curve.at(a).loss
-        } else {
-            a - 2.0 * (1.0 - curve.at(1.0).integral)
-        }
-    };
-    match backbone {
-        Choice::PowerLaw(curve) => of(curve),
-        Choice::Segalman(curve) => of(curve),
     }
 }
 

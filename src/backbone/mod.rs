@@ -37,6 +37,15 @@ pub trait Backbone {
     /// Knot k = 0..=count of the base grid: equal parts of the integral of sqrt(-f''), which spreads
     /// the interpolation error of a curved slip path evenly. 0 for k = 0 and 1 for k = count.
     fn grid(&self, k: usize, count: usize) -> f64;
+
+    /// A quarter of the energy that a closed cycle of amplitude a dissipates: G(a), and beyond gross slip a straight line.
+    fn cycle_loss(&self, a: f64) -> f64 {
+        if a <= 1.0 {
+            self.at(a).loss
+        } else {
+            a - 2.0 * (1.0 - self.at(1.0).integral)
+        }
+    }
 }
 
 /// The backbone that the properties name.

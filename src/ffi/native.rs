@@ -568,6 +568,7 @@ pub unsafe extern "C" fn mepc_interface(
 ///
 /// Returns the most negative status, else the largest; points that fail leave their outputs untouched, and
 /// mepc_last_error tells of the first point with the returned status. The result does not depend on threads.
+/// Where the call itself is refused (a null array, n < 0), statuses stay untouched, too.
 ///
 /// # Safety
 /// law came from mepc_law_new, and arrays are as long as described.
