@@ -316,6 +316,79 @@ fn noise_of_the_displacement() {
     }
 }
 
+/// A drive that dwells at its ends, with hardly any noise of the displacement: two corners, which one curve cannot follow.
+#[test]
+fn noise_of_a_displacement_that_dwells() {
+    let truth = [100.0, 0.3, 20.0, 0.0];
+    let joint = oracle(truth);
+    let ramp = |k: usize| {
+        let phase = (k % 500) as f64 / 500.0;
+        let triangle = if phase < 0.5 {
+            4.0 * phase - 1.0
+        } else {
+            3.0 - 4.0 * phase
+        };
+        (
+            (1.3 * triangle).clamp(-1.0, 1.0),
+            if phase < 0.5 { 1.0 } else { -1.0 },
+        )
+    };
+    let x: Vec<f64> = (0..1500).map(|k| ramp(k).0).collect();
+    let force: Vec<f64> = (0..1500)
+        .map(|k| masing(&joint, 1.0, ramp(k).0, ramp(k).1))
+        .collect();
+    for deviation in [1e-4, 1e-3] {
+        for seed in 0..5 {
+            let fit = least_squares(&(noisy(&x, deviation, seed), noisy(&force, 0.1, 100 + seed)));
+            let found = fit.joint.parameters();
+            assert!(
+                (found[1] / truth[1] - 1.0).abs() < 0.01,
+                "{deviation} {found:?}"
+            );
+            assert!((found[3] - truth[3]).abs() < 0.05, "{deviation} {found:?}");
+            let noisy = |w: &Warning| matches!(w, Warning::NoisyDisplacement(_));
+            assert!(!fit.warnings.iter().any(noisy), "{:?}", fit.warnings);
+        }
+    }
+}
+
+/// Numbers whose squares are none, and walks that no joint made: an error, or a fit that says what it is worth.
+#[test]
+fn odd_records_are_never_trusted() {
+    let (x, force) = loops(TRUTH, AMPLITUDE, 50, 1, Sampling::Uniform);
+    for factor in [1e-200, 1e200] {
+        let huge: Vec<f64> = force.iter().map(|f| f * factor).collect();
+        let message = Record::new(&x, &huge).unwrap_err().message;
+        assert!(message.contains("force: the largest value"), "{message}");
+        let far: Vec<f64> = x.iter().map(|x| x * factor).collect();
+        assert!(Record::new(&far, &force).is_err());
+    }
+    let mut random = fastrand::Rng::with_seed(17).fork();
+    for _ in 0..2000 {
+        let length = random.usize(0..60);
+        let mut walk = || {
+            let steps = (0..length).map(|_| random.f64() - 0.5);
+            let places = steps.scan(0.0, |at, step| {
+                *at += step;
+                Some(*at)
+            });
+            places.collect::<Vec<f64>>()
+        };
+        let (x, force) = (walk(), walk());
+        let Ok(record) = Record::new(&x, &force) else {
+            continue;
+        };
+        let _ = record.paper(PAPER_TOLERANCE);
+        if let Ok(fit) = record.least_squares()
+            && fit.is_reliable()
+        {
+            let found = fit.joint.parameters();
+            let known = |k: usize| fit.standard_errors[k] <= found[k];
+            assert!(known(0) && known(1), "{found:?} {:?}", fit.standard_errors);
+        }
+    }
+}
+
 /// A spring and a dashpot: an ellipse, which the model resembles with huge friction that a negative stiffness takes back.
 #[test]
 fn a_viscous_loop_is_no_joint() {

@@ -125,10 +125,11 @@ fn case(file: &str, preload: f64, record: &Record, chi: f64) -> Result<Case> {
         .map_err(|error| anyhow!("{file}: {}", error.message))?;
     // What is said about the shape of the four-parameter model, and about its parameters, is not about the contact law.
     joint.warnings.retain(|warning| {
-        !matches!(
+        let about_the_shape = matches!(
             warning,
             Warning::IllDetermined { .. } | Warning::ChiAtBound(_) | Warning::Misfit(_)
-        )
+        );
+        warning.is_severe() || !about_the_shape
     });
     let fit = |chi| Sprung::new(record, chi).fit(&joint);
     let sprung = fit(chi);

@@ -3,7 +3,7 @@
 use crate::numbers::{self, short};
 use crate::table::Table;
 use crate::{Outcome, check_outputs, print, say, write, wrong_use};
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use mepc::iwan::{Direction, Fit, Iwan, NAMES, PAPER_TOLERANCE, Record};
@@ -109,9 +109,6 @@ enum Force {
     Lbf,
 }
 
-/// Sums of the squares of such numbers neither overflow nor vanish.
-const SQUARABLE: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
-
 impl Columns {
     /// The record of a file, in mm and N.
     ///
@@ -138,20 +135,6 @@ impl Columns {
         };
         let displacement = column(&self.displacement, length)?;
         let force = column(&self.force, force)?;
-        for (name, unit, values) in [
-            (&self.displacement, "mm", &displacement),
-            (&self.force, "N", &force),
-        ] {
-            let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-            if largest != 0.0 && !SQUARABLE.contains(&largest) {
-                bail!(
-                    "{}: column {name}: the largest value, {largest:e} {unit}, is not from {:e} to {:e} {unit}",
-                    table.header_place(),
-                    SQUARABLE.start(),
-                    SQUARABLE.end()
-                );
-            }
-        }
         Record::new(&displacement, &force).map_err(|error| {
             let (columns, rows) = (
                 format!("{}, {}", self.displacement, self.force),
@@ -391,6 +374,10 @@ impl Report<'_> {
             );
         }
         text += "\n";
+        let measured = |value: f64| match value {
+            _ if value.is_nan() => "no whole branch".to_string(),
+            _ => short(value),
+        };
         let mut line = |name: &str, value: String| {
             let _ = writeln!(text, "{name:38}{value}");
         };
@@ -404,7 +391,7 @@ impl Report<'_> {
             "loop area measured / fitted (N.mm)",
             format!(
                 "{} / {}",
-                short(record.loop_area()),
+                measured(record.loop_area()),
                 short(joint.dissipation(a))
             ),
         );
@@ -412,7 +399,7 @@ impl Report<'_> {
             "equivalent damping measured / fitted",
             format!(
                 "{} / {}",
-                short(self.measured_damping()),
+                measured(self.measured_damping()),
                 short(joint.damping_ratio(a))
             ),
         );

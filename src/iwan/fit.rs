@@ -5,7 +5,7 @@
 //! others are linear. X_s and kappa lie in a long and narrow valley: its bottom, the best chi for each of many X_s with the linear
 //! unknowns eliminated, tells where to start.
 
-use super::least_squares::{Minimum, Problem, minimise};
+use super::least_squares::{Minimum, Problem, correlation, inflation, minimise};
 use super::record::{Point, Record};
 use super::{CHI_OFFSET, Iwan, NAMES};
 use crate::error::{Error, Kind};
@@ -24,13 +24,16 @@ const CHI_SECTIONS: usize = 15;
 const GOLDEN: f64 = 0.618_033_988_75;
 /// Minima along the valley that are followed.
 const STARTS: usize = 5;
-/// At most so many points are used to find it.
+/// At most so many points are used to draw it, and to follow the minima.
 const VALLEY_POINTS: usize = 1000;
+const SEARCH_POINTS: usize = 20_000;
 /// Fewer points per direction than this, or in gross slip, leave the fit to chance.
 const FEW_POINTS: usize = 25;
 const FEW_GROSS: usize = 5;
 /// A standard error beyond this part of the parameter (of 1 for kappa) is no determination.
 const ILL: f64 = 0.1;
+/// A standard error of F_s or X_s beyond this part says nothing of it.
+const NOTHING: f64 = 1.0;
 /// Neighbouring residuals more alike than this are not noise alone.
 const CORRELATED: f64 = 0.3;
 /// A friction force beyond so many times the half range of the force is none.
@@ -78,7 +81,11 @@ pub enum Warning {
 impl Warning {
     /// True when the parameters must not be used as they are.
     pub fn is_severe(&self) -> bool {
-        matches!(self, Warning::NoGrossSlip { .. } | Warning::NoJoint(_))
+        match self {
+            Warning::NoGrossSlip { .. } | Warning::NoJoint(_) => true,
+            Warning::IllDetermined { index, error } => *index < 2 && *error > NOTHING,
+            _ => false,
+        }
     }
 }
 
@@ -220,14 +227,10 @@ impl Record {
         let degrees = (count - UNKNOWNS) as f64;
         let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = self.variance(scaled, best, &residuals);
-        let covariance = best
-            .normal
-            .clone()
-            .try_inverse()
-            .ok_or_else(|| bad("the data do not determine the parameters at all"))?
-            * variance;
-        let error = |index: usize| match covariance[(index, index)] {
-            square if square > 0.0 => square.sqrt(),
+        let inverse = (best.normal.clone().try_inverse())
+            .ok_or_else(|| bad("the data do not determine the parameters at all"))?;
+        let error = |index: usize| match inverse[(index, index)] {
+            square if square > 0.0 => (square * variance).sqrt(),
             // Lost in rounding.
             _ => f64::INFINITY,
         };
@@ -263,34 +266,16 @@ impl Record {
         })
     }
 
-    /// The variance to reckon with: that of the residuals, enlarged where they go together, because then they count as
-    /// n (1 - c)/(1 + c) independent ones.
+    /// The variance to reckon with: that of the residuals, enlarged where they go together.
     fn variance(&self, scaled: &Scaled, best: &Minimum, residuals: &[f64]) -> f64 {
-        let count = residuals.len() as f64;
-        let correlation = self.correlation(scaled, residuals);
-        let inflation = if correlation > 3.0 / count.sqrt() {
-            (1.0 + correlation) / (1.0 - correlation).max(1e-3)
-        } else {
-            1.0
-        };
-        best.sum / (count - UNKNOWNS as f64) * inflation
+        let count = residuals.len();
+        let inflation = inflation(self.correlation(scaled, residuals), count);
+        best.sum / (count - UNKNOWNS) as f64 * inflation
     }
 
-    /// Correlation of neighbouring residuals, branch by branch; none where all is rounding.
     fn correlation(&self, scaled: &Scaled, residuals: &[f64]) -> f64 {
-        let mut rest = residuals;
-        let (mut product, mut square) = (0.0, 0.0);
-        for branch in &self.branches {
-            let (ours, others) = rest.split_at(branch.points.len());
-            product += ours.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
-            square += ours.iter().map(|r| r * r).sum::<f64>();
-            rest = others;
-        }
-        let rounding = residuals.len() as f64 * (ROUNDING * scaled.unit).powi(2);
-        if square <= rounding {
-            return 0.0;
-        }
-        (product / square).clamp(-1.0, 1.0)
+        let branches = self.branches.iter().map(|branch| branch.points.len());
+        correlation(residuals, branches, ROUNDING * scaled.unit)
     }
 
     /// What has to be known before the parameters are used.
@@ -397,7 +382,7 @@ struct Bottom {
     unknowns: DVector<f64>,
 }
 
-/// The least sum of squares near the lowest places of the valley.
+/// The least sum of squares near the lowest places of the valley: of many points some tell which place it is.
 fn search(scaled: &Scaled, valley: &[Bottom]) -> Option<Minimum> {
     let sum = |k: usize| valley.get(k).map_or(f64::INFINITY, |bottom| bottom.sum);
     let mut lowest: Vec<&Bottom> = (0..valley.len())
@@ -405,9 +390,19 @@ fn search(scaled: &Scaled, valley: &[Bottom]) -> Option<Minimum> {
         .map(|k| &valley[k])
         .collect();
     lowest.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    let stride = scaled.points.len().div_ceil(SEARCH_POINTS);
+    let some = Scaled {
+        points: scaled.points.iter().step_by(stride).cloned().collect(),
+        ..scaled.clone()
+    };
     let starts = lowest.into_iter().take(STARTS);
-    let minima = starts.map(|start| minimise(scaled, start.unknowns.clone()));
-    minima.min_by(|a, b| a.sum.total_cmp(&b.sum))
+    let minima = starts.map(|start| minimise(&some, start.unknowns.clone()));
+    let best = minima.min_by(|a, b| a.sum.total_cmp(&b.sum))?;
+    Some(if stride == 1 {
+        best
+    } else {
+        minimise(scaled, best.parameters)
+    })
 }
 
 impl Scaled {

@@ -74,6 +74,37 @@ pub fn minimise(problem: &impl Problem, start: DVector<f64>) -> Minimum {
     }
 }
 
+/// Correlation of neighbouring residuals within stretches of these lengths, that follow each other; none where all are smaller
+/// than `rounding`.
+pub fn correlation(
+    residuals: &[f64],
+    stretches: impl IntoIterator<Item = usize>,
+    rounding: f64,
+) -> f64 {
+    let mut rest = residuals;
+    let (mut product, mut square) = (0.0, 0.0);
+    for length in stretches {
+        let (ours, others) = rest.split_at(length);
+        product += ours.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+        square += ours.iter().map(|r| r * r).sum::<f64>();
+        rest = others;
+    }
+    if square <= residuals.len() as f64 * rounding * rounding {
+        return 0.0;
+    }
+    (product / square).clamp(-1.0, 1.0)
+}
+
+/// What the variance of so many residuals grows by when their correlation is more than chance: they count as
+/// n (1 - c)/(1 + c) independent ones.
+pub fn inflation(correlation: f64, count: usize) -> f64 {
+    if correlation > 3.0 / (count as f64).sqrt() {
+        (1.0 + correlation) / (1.0 - correlation).max(1e-3)
+    } else {
+        1.0
+    }
+}
+
 /// The normal equations at one place.
 struct Normal {
     parameters: DVector<f64>,

@@ -179,8 +179,14 @@ impl Line {
         let tolerance = (tolerance * force).max(noise / root);
         let beyond_noise = BEYOND_NOISE * self.scatter / root;
         let below = |p: &Point| self.intercept[p.side] + self.slope * p.displacement - p.force;
-        let mean = |part: &[Point]| part.iter().map(below).sum::<f64>() / window as f64;
-        let means: Vec<f64> = points.windows(window).map(mean).collect();
+        let mut sums = vec![0.0];
+        let mut sum = 0.0;
+        sums.extend(points.iter().map(|point| {
+            sum += below(point);
+            sum
+        }));
+        let pairs = sums.iter().zip(&sums[window..]);
+        let means: Vec<f64> = pairs.map(|(a, b)| (b - a) / window as f64).collect();
         // The last window whose mean is below the line, and the line holds from its end on. Noise lifts one of many windows:
         // what counts goes on in the window before, or is beyond noise.
         let left = (0..means.len()).rev().find(|&index| {

@@ -4,6 +4,7 @@ use super::Direction;
 use super::fit::two_lines;
 use crate::error::{Error, Kind};
 use nalgebra::{Matrix3, Vector3};
+use std::ops::RangeInclusive;
 
 /// A change of direction counts as a reversal when the displacement comes back by this part of its whole range;
 /// less is noise, or a nested loop.
@@ -15,11 +16,18 @@ const SAME: f64 = 0.02;
 /// Samples this close to a turn, as a part of the whole range, tell where it is, if there are so many.
 const NEAR: f64 = 0.05;
 const FEWEST_NEAR: usize = 8;
+/// A curve is good enough when the samples are no farther from it than so many times their noise, or than this part of the range.
+const MISFIT: f64 = 2.0;
+const GOOD: f64 = 2e-4;
+/// The median of normal noise, without its sign, in standard deviations.
+const MEDIAN: f64 = 0.6745;
 /// At most so many of them are used, and so many places tried for a corner between them.
 const MOST_NEAR: usize = 2000;
 const CORNERS: usize = 100;
 /// Forces this close, as a part of their whole range, close the loop.
 const CLOSED: f64 = 0.05;
+/// Sums of the squares of such numbers neither overflow nor vanish.
+const SQUARABLE: RangeInclusive<f64> = 1e-100..=1e100;
 /// Five unknowns (the parameters and the mean force) need some points on each side.
 const MIN_POINTS: usize = 8;
 
@@ -86,6 +94,16 @@ impl Record {
             if let Some(index) = values.iter().position(|value| !value.is_finite()) {
                 let value = values[index];
                 return Err(bad(format!("{name}[{index}] = {value:?}: must be finite")));
+            }
+        }
+        for (name, values) in [("displacement", displacement), ("force", force)] {
+            let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            if largest != 0.0 && !SQUARABLE.contains(&largest) {
+                return Err(bad(format!(
+                    "{name}: the largest value, {largest:e}, is not from {:e} to {:e}",
+                    SQUARABLE.start(),
+                    SQUARABLE.end()
+                )));
             }
         }
         let [low, high] = range(displacement);
@@ -176,7 +194,8 @@ impl Record {
         self.branches.iter().map(|b| b.points.len()).sum()
     }
 
-    /// Energy of one cycle as measured: the mean work of the loading branches plus that of the unloading ones.
+    /// Energy of one cycle as measured: the mean work of the loading branches plus that of the unloading ones; NaN where
+    /// no branch was recorded to its end.
     pub fn loop_area(&self) -> f64 {
         let work = |direction| {
             let ours: Vec<f64> = self
@@ -298,52 +317,90 @@ fn farthest(
 /// Where the displacement turned at sample `turn`, and how much the samples about it scatter. The extreme one of noisy samples
 /// lies beyond the turn: then the tip of a curve through them, with or without a corner, is taken.
 fn settled(x: &[f64], turn: usize, length: f64) -> (f64, f64) {
-    let near = |index: &usize| (x[*index] - x[turn]).abs() <= NEAR * length;
-    let first = (0..turn).rev().take_while(near).last().unwrap_or(turn);
-    let last = (turn + 1..x.len()).take_while(near).last().unwrap_or(turn);
-    let approaches = x[first..=turn].windows(2).map(|pair| pair[1] - pair[0]);
-    let leaves = x[turn..=last].windows(2).map(|pair| pair[0] - pair[1]);
-    let (rises, falls) = approaches
-        .chain(leaves)
-        .fold((false, false), |(rises, falls), step| {
-            (rises || step > 0.0, falls || step < 0.0)
-        });
-    let width = last - first;
-    if !(rises && falls) || width < FEWEST_NEAR {
-        return (x[turn], 0.0);
+    let mut reach = NEAR * length;
+    loop {
+        let tip = Tip::new(x, turn, reach);
+        // The curve cannot follow a dwell between two ramps: then fewer samples are better.
+        if tip.scatter <= (MISFIT * tip.noise).max(GOOD * length) {
+            return (tip.place, tip.scatter);
+        }
+        reach *= 0.5;
     }
-    let samples = || (first..=last).step_by(1 + width / MOST_NEAR);
-    let outward = if x[first] < x[turn] { 1.0 } else { -1.0 };
-    // The sum of squares for every place where a corner may be, of which the least counts, and the tip.
-    let curves = (first..=last)
-        .step_by(1 + width / CORNERS)
-        .filter_map(|corner| {
-            let row = |index: usize| {
-                let u = (index as f64 - corner as f64) / width as f64;
-                Vector3::new(1.0, u.abs(), u * u)
-            };
-            let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
-            for index in samples() {
-                matrix += row(index) * row(index).transpose();
-                right += row(index) * (x[index] - x[turn]);
-            }
-            let curve = matrix.cholesky()?.solve(&right);
-            let (mut square, mut tip) = (0.0, f64::NEG_INFINITY);
-            for index in samples() {
-                let value = curve.dot(&row(index));
-                square += (x[index] - x[turn] - value).powi(2);
-                tip = tip.max(outward * value);
-            }
-            Some((square, outward * tip))
-        });
-    let best = curves.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or((x[turn], 0.0), |(square, tip)| {
-        (x[turn] + tip, (square / samples().count() as f64).sqrt())
-    })
 }
 
-/// The branches that belong to the largest loop.
-/// Also how much the displacement scatters.
+/// Where the displacement turned, by the samples about it.
+struct Tip {
+    place: f64,
+    /// How far the samples are from the curve, root mean square.
+    scatter: f64,
+    /// What is noise of that: from the second differences.
+    noise: f64,
+}
+
+impl Tip {
+    /// By the samples within `reach` of sample `turn`; that sample itself where they are few, or monotonic on both sides.
+    fn new(x: &[f64], turn: usize, reach: f64) -> Self {
+        let alone = Tip {
+            place: x[turn],
+            scatter: 0.0,
+            noise: 0.0,
+        };
+        let near = |index: &usize| (x[*index] - x[turn]).abs() <= reach;
+        let first = (0..turn).rev().take_while(near).last().unwrap_or(turn);
+        let last = (turn + 1..x.len()).take_while(near).last().unwrap_or(turn);
+        let approaches = x[first..=turn].windows(2).map(|pair| pair[1] - pair[0]);
+        let leaves = x[turn..=last].windows(2).map(|pair| pair[0] - pair[1]);
+        let (rises, falls) = approaches
+            .chain(leaves)
+            .fold((false, false), |(rises, falls), step| {
+                (rises || step > 0.0, falls || step < 0.0)
+            });
+        let width = last - first;
+        if !(rises && falls) || width < FEWEST_NEAR {
+            return alone;
+        }
+        let differences = x[first..=last].windows(3);
+        let mut second: Vec<f64> = differences
+            .map(|three| (three[0] - 2.0 * three[1] + three[2]).abs())
+            .collect();
+        let middle = second.len() / 2;
+        let (_, median, _) = second.select_nth_unstable_by(middle, f64::total_cmp);
+        // Of independent noise the second difference has six times the variance; a corner moves the median little.
+        let noise = *median / (MEDIAN * 6f64.sqrt());
+        let samples = || (first..=last).step_by(1 + width / MOST_NEAR);
+        let outward = if x[first] < x[turn] { 1.0 } else { -1.0 };
+        // The sum of squares for every place where a corner may be, of which the least counts, and the tip.
+        let curves = (first..=last)
+            .step_by(1 + width / CORNERS)
+            .filter_map(|corner| {
+                let row = |index: usize| {
+                    let u = (index as f64 - corner as f64) / width as f64;
+                    Vector3::new(1.0, u.abs(), u * u)
+                };
+                let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+                for index in samples() {
+                    matrix += row(index) * row(index).transpose();
+                    right += row(index) * (x[index] - x[turn]);
+                }
+                let curve = matrix.cholesky()?.solve(&right);
+                let (mut square, mut tip) = (0.0, f64::NEG_INFINITY);
+                for index in samples() {
+                    let value = curve.dot(&row(index));
+                    square += (x[index] - x[turn] - value).powi(2);
+                    tip = tip.max(outward * value);
+                }
+                Some((square, outward * tip))
+            });
+        let best = curves.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or(alone, |(square, tip)| Tip {
+            place: x[turn] + tip,
+            scatter: (square / samples().count() as f64).sqrt(),
+            noise,
+        })
+    }
+}
+
+/// The branches that belong to the largest loop, and how much the displacement scatters.
 fn branches(x: &[f64], force: &[f64]) -> (Vec<Branch>, f64) {
     let [low, high] = range(x);
     let length = high - low;

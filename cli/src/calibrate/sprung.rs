@@ -5,10 +5,12 @@
 //! T = c + k u +- [2 H(d/2) - H(A)], d the distance from the reversal.
 
 use mepc::backbone::{Backbone, PowerLaw};
-use mepc::iwan::least_squares::{Problem, minimise};
+use mepc::iwan::least_squares::{Problem, correlation, inflation, minimise};
 use mepc::iwan::{Fit, Point, Record};
 use nalgebra::{DMatrix, DVector};
 
+/// At most so many points are used to choose a start.
+const SEARCH_POINTS: usize = 20_000;
 /// Residuals below this part of the force are rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -54,10 +56,13 @@ impl SprungFit {
 }
 
 /// A record, scaled by its amplitude and its largest force.
+#[derive(Clone)]
 pub struct Sprung {
     backbone: PowerLaw,
     chi: f64,
     points: Vec<Point>,
+    /// How many of them each branch has.
+    branches: Vec<usize>,
     length: f64,
     force: f64,
 }
@@ -72,6 +77,7 @@ impl Sprung {
             backbone: PowerLaw::new(chi),
             chi,
             points: record.scaled(force),
+            branches: record.branches.iter().map(|b| b.points.len()).collect(),
             length: record.amplitude,
             force,
         }
@@ -93,22 +99,24 @@ impl Sprung {
                 joint.offset / self.force,
             ])
         };
+        // Of many points some tell which start is the best.
+        let stride = self.points.len().div_ceil(SEARCH_POINTS);
+        let some = Sprung {
+            points: self.points.iter().step_by(stride).cloned().collect(),
+            ..self.clone()
+        };
         let best = [part, 0.3, 0.7]
-            .map(|part| minimise(self, start(part)))
+            .map(|part| minimise(&some, start(part)))
             .into_iter()
             .reduce(|a, b| if b.sum < a.sum { b } else { a })
             .expect("three starts");
+        let best = minimise(self, best.parameters);
         let gcr = best.parameters[1].exp() * self.length;
         let (compliance, stiffness) = (self.length / self.force, self.force / self.length);
         let correlation = self.correlation(&best.parameters);
-        let count = self.points.len() as f64;
-        // As for the four parameters: residuals that go together count as n (1 - c)/(1 + c) independent ones.
-        let inflation = if correlation > 3.0 / count.sqrt() {
-            (1.0 + correlation) / (1.0 - correlation).max(1e-3)
-        } else {
-            1.0
-        };
-        let variance = best.sum / (count - self.bounds().len() as f64) * inflation;
+        let count = self.points.len();
+        let free = (count - self.bounds().len()) as f64;
+        let variance = best.sum / free * inflation(correlation, count);
         let units =
             DVector::from_column_slice(&[self.force, gcr, compliance, stiffness, self.force]);
         SprungFit {
@@ -117,7 +125,7 @@ impl Sprung {
             gcr,
             compliance: best.parameters[2] * compliance,
             residual: best.parameters[3] * stiffness,
-            rms: (best.sum / count).sqrt() * self.force,
+            rms: (best.sum / count as f64).sqrt() * self.force,
             correlation,
             covariance: best
                 .normal
@@ -126,19 +134,12 @@ impl Sprung {
         }
     }
 
-    /// Correlation of neighbouring residuals, branch by branch; none where all is rounding.
     fn correlation(&self, unknowns: &DVector<f64>) -> f64 {
         let mut gradient = [0.0; 5];
         let residuals: Vec<f64> = (0..self.points.len())
             .map(|index| self.residual(unknowns, index, &mut gradient))
             .collect();
-        let square: f64 = residuals.iter().map(|r| r * r).sum();
-        if square <= residuals.len() as f64 * ROUNDING * ROUNDING {
-            return 0.0;
-        }
-        let same_branch = |k: &usize| self.points[*k].sign == self.points[k - 1].sign;
-        let pairs = (1..residuals.len()).filter(same_branch);
-        pairs.map(|k| residuals[k] * residuals[k - 1]).sum::<f64>() / square
+        correlation(&residuals, self.branches.iter().copied(), ROUNDING)
     }
 
     /// H(u) and its derivatives by F, ln gcr and C.
@@ -211,6 +212,7 @@ mod tests {
             backbone: PowerLaw::new(2.5),
             chi: 2.5,
             points: Vec::new(),
+            branches: Vec::new(),
             length: 1.0,
             force: 1.0,
         };
