@@ -385,18 +385,23 @@ struct Bottom {
 /// The least sum of squares near the lowest places of the valley: of many points some tell which place it is.
 fn search(scaled: &Scaled, valley: &[Bottom]) -> Option<Minimum> {
     let sum = |k: usize| valley.get(k).map_or(f64::INFINITY, |bottom| bottom.sum);
-    let mut lowest: Vec<&Bottom> = (0..valley.len())
+    let mut lowest: Vec<usize> = (0..valley.len())
         .filter(|&k| sum(k) <= sum(k.wrapping_sub(1)) && sum(k) <= sum(k + 1))
-        .map(|k| &valley[k])
         .collect();
-    lowest.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    lowest.sort_by(|a, b| sum(*a).total_cmp(&sum(*b)));
+    lowest.truncate(STARTS);
+    // The bottom is a little rough where a loop is not quite of the model: the places beside the lowest may lead lower.
+    if let Some(&first) = lowest.first() {
+        lowest.extend(first.checked_sub(1));
+        lowest.extend((first + 1 < valley.len()).then_some(first + 1));
+    }
     let stride = scaled.points.len().div_ceil(SEARCH_POINTS);
     let some = Scaled {
         points: scaled.points.iter().step_by(stride).cloned().collect(),
         ..scaled.clone()
     };
-    let starts = lowest.into_iter().take(STARTS);
-    let minima = starts.map(|start| minimise(&some, start.unknowns.clone()));
+    let starts = lowest.into_iter().map(|k| valley[k].unknowns.clone());
+    let minima = starts.map(|start| minimise(&some, start));
     let best = minima.min_by(|a, b| a.sum.total_cmp(&b.sum))?;
     Some(if stride == 1 {
         best
