@@ -33,6 +33,11 @@ impl fmt::Display for Kind {
 /// A number in a message. The formatting of a NaN compares it, which raises a flag that hosts trap.
 pub(crate) struct Number(pub f64);
 
+/// Several of them.
+pub(crate) fn numbers(values: &[f64]) -> Vec<Number> {
+    values.iter().copied().map(Number).collect()
+}
+
 impl fmt::Debug for Number {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_nan() {

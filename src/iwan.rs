@@ -39,7 +39,7 @@ pub mod least_squares;
 mod paper;
 mod record;
 
-pub use fit::{Fit, Warning};
+pub use fit::{CORRELATED, Fit, ILL, Warning};
 pub use paper::TOLERANCE as PAPER_TOLERANCE;
 pub use record::{Branch, Point, Record};
 

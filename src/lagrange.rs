@@ -79,7 +79,7 @@ impl<const N: usize> Law<N> {
         // What the host held has not slipped: an increment there is noise.
         let held = Vector::zeros();
         let slip_increment = if sticks { &held } else { slip_increment };
-        let before = Vector::from(memory.base()[self.layout().base - 1]);
+        let before = self.last_deflection(memory);
         let limit = self.properties().mu * pressure.max(0.0);
         check_within(&"mu p", limit, SQUARED)?;
         let beyond = multiplier.norm() >= limit;

@@ -153,6 +153,12 @@ impl<const N: usize> Law<N> {
         ))
     }
 
+    /// Deflection of the last slip element, r = 1, over gcr.
+    #[inline(always)]
+    pub(crate) fn last_deflection(&self, memory: &Curve<N>) -> Vector<N> {
+        Vector::from(memory.base()[self.layout.base - 1])
+    }
+
     /// Reads and checks a state; its memory goes to `memory`, empty before.
     #[inline(always)]
     pub(crate) fn read(&self, state0: &[f64], memory: &mut Curve<N>) -> Result<Header, Error> {

@@ -715,7 +715,7 @@ fn no_update_raises_a_flag_that_hosts_trap() {
     for (props, ndir) in cases.flat_map(|props| [(props.clone(), 1), (props, 2)]) {
         let nstate = least_state(ndir, if ndir == 1 { 1 } else { 16 }) + 4;
         let make = || NativeLaw::with_state_size(&props, ndir, nstate);
-        let law = flags::watch(make, |_| true);
+        let law = flags::watch(make);
         let (mut state, mut closed) = (vec![0.0; law.nstate], vec![0.0; law.nstate]);
         let mut opening = vec![0.0; 1 + ndir];
         for _ in 0..4000 {

@@ -6,7 +6,7 @@ use crate::identify::Columns;
 use crate::numbers::{self, exact, short};
 use crate::{Outcome, print, say, wrong_use};
 use anyhow::{Result, anyhow, bail};
-use mepc::iwan::{Fit, Record, Warning};
+use mepc::iwan::{CORRELATED, Fit, ILL, Record, Warning};
 use serde_json::{Value, json};
 use sprung::{Sprung, SprungFit};
 use std::fmt::Write as _;
@@ -16,10 +16,6 @@ use std::path::PathBuf;
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 2.5, 3.0, 4.0];
 /// Half of a 95 % interval in standard errors.
 const LIKELY: f64 = 1.96;
-/// A standard error beyond this part of the value is no determination.
-const ILL: f64 = 0.1;
-/// Neighbouring residuals more alike than this are not noise alone.
-const CORRELATED: f64 = 0.3;
 
 /// From measured loops to the properties of the contact law (mu, gcr, chi) and the series stiffness K_e.
 ///
@@ -175,41 +171,34 @@ struct Estimate {
 }
 
 impl Estimate {
-    /// The mean of what each loop says; the variance is that of the quantity with these derivatives.
-    fn mean(cases: &[Case], value: fn(&SprungFit) -> f64, derivatives: [f64; 4]) -> Self {
-        let count = cases.len() as f64;
-        let values: Vec<f64> = cases.iter().map(|c| value(&c.sprung)).collect();
-        let variances: Vec<f64> = cases
-            .iter()
-            .map(|c| c.sprung.variance(derivatives))
-            .collect();
-        let mean = values.iter().sum::<f64>() / count;
-        let residuals: Vec<f64> = values.iter().map(|v| v - mean).collect();
-        let weights = vec![1.0 / count; values.len()];
+    /// Least squares through the origin for what the loops say as a multiple of `along`; the variance is that of the quantity
+    /// with these derivatives.
+    fn multiple(
+        cases: &[Case],
+        along: fn(&Case) -> f64,
+        of: fn(&SprungFit) -> f64,
+        derivatives: [f64; 4],
+    ) -> Self {
+        let square: f64 = cases.iter().map(|c| along(c).powi(2)).sum();
+        let weights: Vec<f64> = cases.iter().map(|c| along(c) / square).collect();
+        let values = cases.iter().map(|c| of(&c.sprung));
+        let value: f64 = weights.iter().zip(values).map(|(w, v)| w * v).sum();
+        let residuals = cases.iter().map(|c| of(&c.sprung) - value * along(c));
+        let variances = cases.iter().map(|c| c.sprung.variance(derivatives));
+        let (residuals, variances): (Vec<_>, Vec<_>) = residuals.zip(variances).unzip();
         Estimate {
-            value: mean,
+            value,
             error: standard_error(&weights, &variances, &residuals, 1),
         }
     }
 
-    /// Least squares through the origin: F_s = mu P.
+    /// F_s = mu P.
     fn friction(cases: &[Case]) -> Self {
-        let square: f64 = cases.iter().map(|c| c.preload * c.preload).sum();
-        let weights: Vec<f64> = cases.iter().map(|c| c.preload / square).collect();
-        let forces = cases.iter().map(|c| c.sprung.force);
-        let mu = weights.iter().zip(forces).map(|(w, f)| w * f).sum();
-        let residuals: Vec<f64> = cases
-            .iter()
-            .map(|c| c.sprung.force - mu * c.preload)
-            .collect();
-        let variances: Vec<f64> = cases
-            .iter()
-            .map(|c| c.sprung.variance([1.0, 0.0, 0.0, 0.0]))
-            .collect();
-        Estimate {
-            value: mu,
-            error: standard_error(&weights, &variances, &residuals, 1),
-        }
+        Self::multiple(cases, |c| c.preload, |s| s.force, [1.0, 0.0, 0.0, 0.0])
+    }
+
+    fn mean(cases: &[Case], of: fn(&SprungFit) -> f64, derivatives: [f64; 4]) -> Self {
+        Self::multiple(cases, |_| 1.0, of, derivatives)
     }
 
     /// Intercept and slope of X_s over F_s: gcr and 1/K_e. Not finite when the forces are the same.

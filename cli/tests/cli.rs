@@ -31,8 +31,13 @@ fn assert_truth(json: &Value, part: f64) {
 
 /// Leaves the loop of a joint in a file.
 fn write_loop(tool: &Tool, joint: &str, file: &str) {
-    let loops = ["loop", "--iwan", joint, "--amplitude", "0.02"];
-    tool.ok(&[&loops[..], &["--output", file]].concat());
+    write_loop_with(tool, joint, "0.02", file, &[]);
+}
+
+/// The same with another amplitude, and with options.
+fn write_loop_with(tool: &Tool, joint: &str, amplitude: &str, file: &str, options: &[&str]) {
+    let loops = ["loop", "--iwan", joint, "--amplitude", amplitude];
+    tool.ok(&[&loops[..], options, &["--output", file]].concat());
 }
 
 #[test]
@@ -75,21 +80,13 @@ fn loop_to_parameters() {
 #[test]
 fn noisy_cycles_other_names_and_units() {
     let tool = Tool::new();
-    tool.ok(&[
-        "loop",
-        "--iwan",
+    write_loop_with(
+        &tool,
         JOINT,
-        "--amplitude",
         "0.02",
-        "--cycles",
-        "3",
-        "--noise",
-        "0.01",
-        "--seed",
-        "2",
-        "--output",
         "noisy.csv",
-    ]);
+        &["--cycles", "3", "--noise", "0.01", "--seed", "2"],
+    );
     // The same data in um and kN, shifted, with other names and separators.
     let mut text = String::from("# test 12\nt; u (um) ; F (kN)\n");
     for (k, row) in csv(&tool.read("noisy.csv")).iter().enumerate() {
@@ -182,19 +179,13 @@ fn the_papers_procedure_is_no_better_than_it_is() {
     let run = tool.run(&["identify", "clean.csv"]);
     assert!(run.output.contains(MISSES) && run.errors.is_empty());
     // It does well enough where noise is all that is left.
-    tool.ok(&[
-        "loop",
-        "--iwan",
+    write_loop_with(
+        &tool,
         JOINT,
-        "--amplitude",
         "0.02",
-        "--noise",
-        "0.02",
-        "--seed",
-        "2",
-        "--output",
         "noisy.csv",
-    ]);
+        &["--noise", "0.02", "--seed", "2"],
+    );
     assert!(!tool.ok(&["identify", "noisy.csv"]).contains(MISSES));
     let run = tool.run(&[&paper[..], &["--bootstrap", "200"]].concat());
     assert_eq!(run.code, 2);
@@ -229,19 +220,13 @@ fn twelve_loops_can_be_told_apart() {
 #[test]
 fn residuals_are_drawn_branch_by_branch() {
     let tool = Tool::new();
-    tool.ok(&[
-        "loop",
-        "--iwan",
+    write_loop_with(
+        &tool,
         JOINT,
-        "--amplitude",
         "0.02",
-        "--noise",
-        "0.01",
-        "--cycles",
-        "3",
-        "--output",
         "l.csv",
-    ]);
+        &["--noise", "0.01", "--cycles", "3"],
+    );
     tool.ok(&["identify", "l.csv", "--picture", "l.svg"]);
     let text = tool.read("l.svg");
     let picture = roxmltree::Document::parse(&text).expect("the picture is XML");
@@ -325,17 +310,7 @@ fn huge_and_tiny_numbers_are_refused() {
 #[test]
 fn no_gross_slip_is_flagged() {
     let tool = Tool::new();
-    tool.ok(&[
-        "loop",
-        "--iwan",
-        JOINT,
-        "--amplitude",
-        "0.003",
-        "--noise",
-        "0.005",
-        "--output",
-        "small.csv",
-    ]);
+    write_loop_with(&tool, JOINT, "0.003", "small.csv", &["--noise", "0.005"]);
     let run = tool.run(&["identify", "small.csv", "--json", "--picture", "small.svg"]);
     assert_eq!(run.code, 3, "{}", run.errors);
     assert!(tool.read("small.svg").contains("(not reliable)"));
@@ -868,15 +843,7 @@ fn calibration_refuses_and_warns() {
     );
 
     // Without gross slip there is a table to look at, but no next step.
-    tool.ok(&[
-        "loop",
-        "--iwan",
-        JOINT,
-        "--amplitude",
-        "0.003",
-        "--output",
-        "small.csv",
-    ]);
+    write_loop_with(&tool, JOINT, "0.003", "small.csv", &[]);
     let small = ["small.csv".to_string()];
     let run = tool.run(&calibrate(&small, &["900"]));
     assert_eq!(run.code, 3);
@@ -889,21 +856,13 @@ fn noise_of_neighbouring_seeds_is_independent() {
     let tool = Tool::new();
     let noise = |seed: &str| -> Vec<f64> {
         let force = |noise: &str| -> Vec<f64> {
-            tool.ok(&[
-                "loop",
-                "--iwan",
+            write_loop_with(
+                &tool,
                 JOINT,
-                "--amplitude",
                 "0.02",
-                "--points",
-                "2000",
-                "--noise",
-                noise,
-                "--seed",
-                seed,
-                "--output",
                 "n.csv",
-            ]);
+                &["--points", "2000", "--noise", noise, "--seed", seed],
+            );
             csv(&tool.read("n.csv"))
                 .iter()
                 .map(|row| row["force"])

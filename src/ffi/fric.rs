@@ -75,15 +75,13 @@ impl Arguments {
             let lm = read("LM", self.lm)?;
             self.check_outputs()?;
             let mut memory = Curve::new();
-            // The deflection of the last slip element.
-            let last = layout.base - 1;
             let (header, before, slip, pressure) = if lm == OPEN {
                 let (header, before) = self.read_forgotten(law, &mut memory);
                 (header, before, user::hint(self.dgam), 0.0)
             } else {
                 let header = user::read_turned("STATEV", law, self.statev, self.drot, &mut memory)?;
                 let pressure = read("PRESS", self.press)?;
-                let before = Vector::from(memory.base()[last]);
+                let before = law.last_deflection(&memory);
                 (header, before, vector("DGAM", self.dgam, 1)?, pressure)
             };
             // Everything has been read: from here on STATEV is only written.
@@ -137,7 +135,7 @@ impl Arguments {
             let elastic = if rigid {
                 Vector::zeros()
             } else {
-                let slot = HEADER + last * N;
+                let slot = HEADER + (layout.base - 1) * N;
                 let after = Vector::<N>::from_column_slice(&state1[slot..slot + N]);
                 (after - before) * gcr
             };
@@ -165,7 +163,7 @@ impl Arguments {
             if state.is_ok_and(|state| state.iter().all(|x| within(*x, SQUARED)))
                 && let Ok(header) = user::read_turned("STATEV", law, self.statev, self.drot, memory)
             {
-                return (header, Vector::from(memory.base()[law.layout().base - 1]));
+                return (header, law.last_deflection(memory));
             }
         }
         (Header::default(), Vector::zeros())

@@ -1,6 +1,6 @@
 //! What the user routines of FE hosts share: their arguments, and the law that their properties ask for.
 
-use crate::error::{Error, Kind, Number};
+use crate::error::{Error, Kind, numbers};
 use crate::law::{Law, SQUARED, within};
 use crate::memory::{Curve, Matrix, Vector};
 use crate::state::{Header, Layout, MAX_USED, rotate};
@@ -317,18 +317,16 @@ unsafe fn turn(drot: *const c_double, layout: &Layout, state: &mut [f64]) -> Res
         return Ok(());
     }
     // SAFETY: four numbers by the caller's word.
-    let drot = unsafe { slice::from_raw_parts(drot, 4) };
-    let numbers = drot;
-    let drot = Matrix::<2>::from_column_slice(numbers);
+    let entries = unsafe { slice::from_raw_parts(drot, 4) };
+    let drot = Matrix::<2>::from_column_slice(entries);
     let off = || (drot.transpose() * drot - Matrix::<2>::identity()).norm();
-    let proper = numbers.iter().all(|x| within(*x, 1.0 + ORTHOGONALITY))
+    let proper = entries.iter().all(|x| within(*x, 1.0 + ORTHOGONALITY))
         && off() < ORTHOGONALITY
         && drot.determinant() > 0.0;
     if !proper {
-        let numbers: Vec<_> = numbers.iter().copied().map(Number).collect();
         return Err(Error::new(
             Kind::BadInput,
-            format!("DROT = {numbers:?}: must be a rotation"),
+            format!("DROT = {:?}: must be a rotation", numbers(entries)),
         ));
     }
     // The rotation next to it: the memory must not grow or shrink by what the host rounds.

@@ -9,7 +9,7 @@ use super::host::{Place, Severity, report};
 use super::user::{
     self, StateCopy, ThreadLaws, array, count, name, null, properties, read, with_law, write,
 };
-use crate::error::{Error, Kind, Number};
+use crate::error::{Error, Kind, numbers};
 use crate::law::{Law, SQUARED, check_finite, check_within, within};
 use crate::memory::Vector;
 use libc::{c_char, c_double};
@@ -217,10 +217,12 @@ fn unit(name: &str, vector: Global) -> Result<Global, Error> {
             return Ok(vector / length);
         }
     }
-    let numbers: Vec<_> = vector.iter().copied().map(Number).collect();
     Err(Error::new(
         Kind::BadInput,
-        format!("{name} = {numbers:?}: must be a unit vector"),
+        format!(
+            "{name} = {:?}: must be a unit vector",
+            numbers(vector.as_slice())
+        ),
     ))
 }
 

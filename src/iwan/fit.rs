@@ -5,7 +5,7 @@
 //! others are linear. X_s and kappa lie in a long and narrow valley: its bottom, the best chi for each of many X_s with the linear
 //! unknowns eliminated, tells where to start.
 
-use super::least_squares::{Minimum, Problem, correlation, inflation, minimise};
+use super::least_squares::{Minimum, Problem, correlation, inflation, minimise, search};
 use super::record::{Point, Record};
 use super::{CHI_OFFSET, Iwan, NAMES};
 use crate::error::{Error, Kind};
@@ -24,18 +24,17 @@ const CHI_SECTIONS: usize = 15;
 const GOLDEN: f64 = 0.618_033_988_75;
 /// Minima along the valley that are followed.
 const STARTS: usize = 5;
-/// At most so many points are used to draw it, and to follow the minima.
+/// At most so many points are used to draw it.
 const VALLEY_POINTS: usize = 1000;
-const SEARCH_POINTS: usize = 20_000;
 /// Fewer points per direction than this, or in gross slip, leave the fit to chance.
 const FEW_POINTS: usize = 25;
 const FEW_GROSS: usize = 5;
 /// A standard error beyond this part of the parameter (of 1 for kappa) is no determination.
-const ILL: f64 = 0.1;
+pub const ILL: f64 = 0.1;
 /// A standard error of F_s or X_s beyond this part says nothing of it.
 const NOTHING: f64 = 1.0;
-/// Neighbouring residuals more alike than this are not noise alone.
-const CORRELATED: f64 = 0.3;
+/// Neighbouring residuals with a larger correlation are not noise alone.
+pub const CORRELATED: f64 = 0.3;
 /// A friction force beyond so many times the half range of the force is none.
 const CANCELLING: f64 = 2.0;
 /// Scatter of the displacement, as a part of the amplitude, that shifts X_s and kappa by more than a standard error.
@@ -185,16 +184,9 @@ impl Record {
     pub fn least_squares(&self) -> Result<Fit, Error> {
         let scaled = Scaled::new(self, X_RANGE);
         let valley = scaled.valley();
-        let best = search(&scaled, &valley).ok_or_else(|| bad("no start for the search"))?;
-        // The best without gross slip, which starts at the amplitude.
-        let without = Scaled {
-            x_range: [1.0, X_RANGE[1]],
-            ..scaled.clone()
-        };
-        let least_without = search(&without, &valley[X_STEPS[0] as usize..])
-            .map_or(f64::INFINITY, |minimum| minimum.sum);
+        let best = lowest(&scaled, &valley).ok_or_else(|| bad("no start for the search"))?;
         let mut fit = self.fit_at(&scaled, &best)?;
-        fit.warnings = self.warnings(&fit, &scaled, &best, least_without);
+        fit.warnings = self.warnings(&fit, &scaled, &best, &valley);
         Ok(fit)
     }
 
@@ -284,16 +276,26 @@ impl Record {
         fit: &Fit,
         scaled: &Scaled,
         best: &Minimum,
-        least_without: f64,
+        valley: &[Bottom],
     ) -> Vec<Warning> {
         let correlation = self.correlation(scaled, &fit.residuals);
         let variance = self.variance(scaled, best, &fit.residuals);
         let mut warnings = Vec::new();
         let reach = fit.joint.displacement / self.amplitude;
         let gross = scaled.points.iter().filter(|p| p.distance >= reach).count();
-        // Gross slip is shown when every curve without it fits worse than chance allows.
+        // Gross slip is shown when every curve without it, X_s from the amplitude on, fits worse than chance allows.
+        let least_without = || {
+            let without = Scaled {
+                x_range: [1.0, X_RANGE[1]],
+                ..scaled.clone()
+            };
+            let minimum = lowest(&without, &valley[X_STEPS[0] as usize..]);
+            minimum.map_or(f64::INFINITY, |minimum| minimum.sum)
+        };
         let rounding = (scaled.points.len() as f64) * ROUNDING * ROUNDING;
-        if reach >= 1.0 || gross == 0 || least_without - best.sum <= LIKELY * variance.max(rounding)
+        if reach >= 1.0
+            || gross == 0
+            || least_without() - best.sum <= LIKELY * variance.max(rounding)
         {
             warnings.push(Warning::NoGrossSlip { reach });
         } else if fit.joint.force > CANCELLING * scaled.unit {
@@ -382,32 +384,21 @@ struct Bottom {
     unknowns: DVector<f64>,
 }
 
-/// The least sum of squares near the lowest places of the valley: of many points some tell which place it is.
-fn search(scaled: &Scaled, valley: &[Bottom]) -> Option<Minimum> {
+/// The least sum of squares near the lowest places of the valley.
+fn lowest(scaled: &Scaled, valley: &[Bottom]) -> Option<Minimum> {
     let sum = |k: usize| valley.get(k).map_or(f64::INFINITY, |bottom| bottom.sum);
-    let mut lowest: Vec<usize> = (0..valley.len())
+    let mut places: Vec<usize> = (0..valley.len())
         .filter(|&k| sum(k) <= sum(k.wrapping_sub(1)) && sum(k) <= sum(k + 1))
         .collect();
-    lowest.sort_by(|a, b| sum(*a).total_cmp(&sum(*b)));
-    lowest.truncate(STARTS);
+    places.sort_by(|a, b| sum(*a).total_cmp(&sum(*b)));
+    places.truncate(STARTS);
     // The bottom is a little rough where a loop is not quite of the model: the places beside the lowest may lead lower.
-    if let Some(&first) = lowest.first() {
-        lowest.extend(first.checked_sub(1));
-        lowest.extend((first + 1 < valley.len()).then_some(first + 1));
+    if let Some(&first) = places.first() {
+        places.extend(first.checked_sub(1));
+        places.extend((first + 1 < valley.len()).then_some(first + 1));
     }
-    let stride = scaled.points.len().div_ceil(SEARCH_POINTS);
-    let some = Scaled {
-        points: scaled.points.iter().step_by(stride).cloned().collect(),
-        ..scaled.clone()
-    };
-    let starts = lowest.into_iter().map(|k| valley[k].unknowns.clone());
-    let minima = starts.map(|start| minimise(&some, start));
-    let best = minima.min_by(|a, b| a.sum.total_cmp(&b.sum))?;
-    Some(if stride == 1 {
-        best
-    } else {
-        minimise(scaled, best.parameters)
-    })
+    let starts = places.into_iter().map(|k| valley[k].unknowns.clone());
+    search(scaled, |stride| scaled.every(stride), starts)
 }
 
 impl Scaled {
@@ -417,13 +408,20 @@ impl Scaled {
         let (low, high) = indices.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &i| {
             (low.min(record.force[i]), high.max(record.force[i]))
         });
-        // Half of each first: the difference of huge forces could overflow.
-        let unit = 0.5 * high - 0.5 * low;
+        let unit = 0.5 * (high - low);
         Scaled {
             points: record.scaled(unit),
             amplitude,
             unit,
             x_range,
+        }
+    }
+
+    /// The same with every so many-th point.
+    fn every(&self, stride: usize) -> Self {
+        Scaled {
+            points: self.points.iter().step_by(stride).cloned().collect(),
+            ..*self
         }
     }
 

@@ -30,6 +30,9 @@ const MAX_STEPS: usize = 200;
 /// A step that lowers the sum by less than this part has arrived.
 const ARRIVED: f64 = 1e-15;
 
+/// At most so many residuals choose between several starts.
+const SEARCH: usize = 20_000;
+
 /// The minimum near `start`.
 pub fn minimise(problem: &impl Problem, start: DVector<f64>) -> Minimum {
     let bounds = problem.bounds();
@@ -72,6 +75,25 @@ pub fn minimise(problem: &impl Problem, start: DVector<f64>) -> Minimum {
         sum: at.sum,
         normal: at.matrix,
     }
+}
+
+/// The least of the minima near several starts; of very many residuals some tell which it is. `every` gives the problem of every
+/// k-th one. None without a start.
+pub fn search<P: Problem>(
+    problem: &P,
+    every: impl FnOnce(usize) -> P,
+    starts: impl IntoIterator<Item = DVector<f64>>,
+) -> Option<Minimum> {
+    let least = |problem: &P| {
+        let minima = starts.into_iter().map(|start| minimise(problem, start));
+        minima.min_by(|a, b| a.sum.total_cmp(&b.sum))
+    };
+    let stride = problem.count().div_ceil(SEARCH);
+    if stride <= 1 {
+        return least(problem);
+    }
+    let best = least(&every(stride))?;
+    Some(minimise(problem, best.parameters))
 }
 
 /// Correlation of neighbouring residuals within stretches of these lengths, that follow each other; none where all are smaller

@@ -16,14 +16,14 @@ const SAME: f64 = 0.02;
 /// Samples this close to a turn, as a part of the whole range, tell where it is, if there are so many.
 const NEAR: f64 = 0.05;
 const FEWEST_NEAR: usize = 8;
+/// At most so many of them are used, and so many places tried for a corner between them.
+const MOST_NEAR: usize = 2000;
+const CORNERS: usize = 100;
 /// A curve is good enough when the samples are no farther from it than so many times their noise, or than this part of the range.
 const MISFIT: f64 = 2.0;
 const GOOD: f64 = 2e-4;
 /// The median of normal noise, without its sign, in standard deviations.
 const MEDIAN: f64 = 0.6745;
-/// At most so many of them are used, and so many places tried for a corner between them.
-const MOST_NEAR: usize = 2000;
-const CORNERS: usize = 100;
 /// Forces this close, as a part of their whole range, close the loop.
 const CLOSED: f64 = 0.05;
 /// Sums of the squares of such numbers neither overflow nor vanish.
@@ -95,8 +95,6 @@ impl Record {
                 let value = values[index];
                 return Err(bad(format!("{name}[{index}] = {value:?}: must be finite")));
             }
-        }
-        for (name, values) in [("displacement", displacement), ("force", force)] {
             let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
             if largest != 0.0 && !SQUARABLE.contains(&largest) {
                 return Err(bad(format!(
@@ -108,7 +106,7 @@ impl Record {
         }
         let [low, high] = range(displacement);
         let length = high - low;
-        if !length.is_normal() || !(2.0 * length).is_finite() {
+        if !length.is_normal() {
             return Err(bad(format!(
                 "displacement = {low:?} .. {high:?} in {} points: no loop, the displacement does not move",
                 displacement.len()
@@ -379,8 +377,9 @@ impl Tip {
                 };
                 let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
                 for index in samples() {
-                    matrix += row(index) * row(index).transpose();
-                    right += row(index) * (x[index] - x[turn]);
+                    let row = row(index);
+                    matrix += row * row.transpose();
+                    right += row * (x[index] - x[turn]);
                 }
                 let curve = matrix.cholesky()?.solve(&right);
                 let (mut square, mut tip) = (0.0, f64::NEG_INFINITY);

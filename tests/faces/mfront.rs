@@ -252,7 +252,7 @@ impl Point {
         };
         // SAFETY: arrays of the sizes of the interface.
         let call = || unsafe { (self.function)(&raw mut data) };
-        flags::watch(call, |_| true)
+        flags::watch(call)
     }
 
     /// Accepts the step.
@@ -438,6 +438,11 @@ fn written(point: &Point) -> Vec<f64> {
     [&point.forces[1][..], &point.states[1], &point.energies[1]].concat()
 }
 
+/// An opening with n components, its slip across the axes where there are two directions.
+fn oblique(n: usize, normal: f64, slip: f64) -> Vec<f64> {
+    [normal, slip, -0.4 * slip][..n].to_vec()
+}
+
 #[test]
 fn every_operator_request() {
     let props = props();
@@ -446,7 +451,7 @@ fn every_operator_request() {
         for hypothesis in HYPOTHESES {
             let n = 1 + hypothesis.directions();
             let mut point = Point::new(behaviour, hypothesis, &props, 0.4);
-            let opening = |normal: f64, slip: f64| [normal, slip, -0.4 * slip][..n].to_vec();
+            let opening = |normal: f64, slip: f64| oblique(n, normal, slip);
             let first = opening(-0.002, 0.0009);
             point.step(&first, NO_OPERATOR).expect("a first step");
             let pressure = |normal: f64| -kn * (normal + gap0);
@@ -560,7 +565,7 @@ fn the_secant_is_not_negative_nor_steeper_than_what_sticks() {
         for hypothesis in HYPOTHESES {
             let n = 1 + hypothesis.directions();
             let mut point = Point::new(behaviour, hypothesis, &props, 0.4);
-            let opening = |normal: f64, slip: f64| [normal, slip, -0.4 * slip][..n].to_vec();
+            let opening = |normal: f64, slip: f64| oblique(n, normal, slip);
             let slip = 0.0009;
             point
                 .step(&opening(-0.002, slip), NO_OPERATOR)

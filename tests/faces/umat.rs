@@ -159,7 +159,7 @@ impl Point {
                 1,
             );
         };
-        flags::watch(call, |()| true);
+        flags::watch(call);
         if !self.row_major {
             let columns = answer.ddsdde.clone();
             for i in 0..n {

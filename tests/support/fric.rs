@@ -185,8 +185,12 @@ impl Call {
             }
             self.pnewdt
         };
-        let absurd = self.absurd;
-        flags::watch(call, |pnewdt| !absurd || *pnewdt > 0.5);
+        let (pnewdt, raised) = flags::raised(call);
+        let may_raise = self.absurd && pnewdt <= 0.5;
+        assert!(
+            raised == 0 || may_raise,
+            "floating-point exceptions {raised:#b}"
+        );
         let mine = [
             &mut self.tau,
             &mut self.ddtddg,

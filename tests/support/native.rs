@@ -170,7 +170,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
-        out.status = flags::watch(call, |_| true);
+        out.status = flags::watch(call);
         out
     }
 
@@ -191,7 +191,7 @@ impl NativeLaw {
                 out.energy.as_mut_ptr(),
             )
         };
-        out.status = flags::watch(call, |_| true);
+        out.status = flags::watch(call);
         out
     }
 }
@@ -327,8 +327,7 @@ impl WatchedCall for FrictionCall<'_> {
                 energy,
             )
         };
-        // Refused or not.
-        flags::watch(call, |_| true)
+        flags::watch(call)
     }
 
     fn outputs(&mut self) -> &mut [Option<Watched>] {
@@ -368,7 +367,7 @@ impl WatchedCall for InterfaceCall<'_> {
         let call = || unsafe {
             (native().mepc_interface)(self.law, opening, state0, state1, traction, tangent, energy)
         };
-        flags::watch(call, |_| true)
+        flags::watch(call)
     }
 
     fn outputs(&mut self) -> &mut [Option<Watched>] {

@@ -5,12 +5,10 @@
 //! T = c + k u +- [2 H(d/2) - H(A)], d the distance from the reversal.
 
 use mepc::backbone::{Backbone, PowerLaw};
-use mepc::iwan::least_squares::{Problem, correlation, inflation, minimise};
+use mepc::iwan::least_squares::{Problem, correlation, inflation, search};
 use mepc::iwan::{Fit, Point, Record};
 use nalgebra::{DMatrix, DVector};
 
-/// At most so many points are used to choose a start.
-const SEARCH_POINTS: usize = 20_000;
 /// Residuals below this part of the force are rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -56,7 +54,6 @@ impl SprungFit {
 }
 
 /// A record, scaled by its amplitude and its largest force.
-#[derive(Clone)]
 pub struct Sprung {
     backbone: PowerLaw,
     chi: f64,
@@ -99,18 +96,13 @@ impl Sprung {
                 joint.offset / self.force,
             ])
         };
-        // Of many points some tell which start is the best.
-        let stride = self.points.len().div_ceil(SEARCH_POINTS);
-        let some = Sprung {
+        let every = |stride| Sprung {
+            backbone: self.backbone.clone(),
             points: self.points.iter().step_by(stride).cloned().collect(),
-            ..self.clone()
+            branches: Vec::new(),
+            ..*self
         };
-        let best = [part, 0.3, 0.7]
-            .map(|part| minimise(&some, start(part)))
-            .into_iter()
-            .reduce(|a, b| if b.sum < a.sum { b } else { a })
-            .expect("three starts");
-        let best = minimise(self, best.parameters);
+        let best = search(self, every, [part, 0.3, 0.7].map(start)).expect("three starts");
         let gcr = best.parameters[1].exp() * self.length;
         let (compliance, stiffness) = (self.length / self.force, self.force / self.length);
         let correlation = self.correlation(&best.parameters);
