@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 
-use crate::generated::{Generated, settle};
+use crate::generated::settle;
 
 pub fn run(root: &Path, check: bool) -> Result<()> {
     let rules = root.join("cbindgen.toml");
@@ -19,12 +19,9 @@ pub fn run(root: &Path, check: bool) -> Result<()> {
         .context("cbindgen")?
         .write(&mut text);
     let text = String::from_utf8(text).context("cbindgen's output is not text")?;
-    let file = Generated {
-        path: root.join("include/mepc.h"),
-        // The heading is for Rust's tools; what stands under it is for a C caller too.
-        text: text.replace("\n # Safety\n", "\n"),
-    };
-    settle(&[file], check, "cargo xtask header")?;
+    // The heading is for Rust's tools; what stands under it is for a C caller too.
+    let text = text.replace("\n # Safety\n", "\n");
+    settle(&root.join("include/mepc.h"), &text, check, "cargo xtask header")?;
     println!(
         "include/mepc.h {}",
         if check { "up to date" } else { "written" }
