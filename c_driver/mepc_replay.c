@@ -12,8 +12,8 @@ static const char *const usage =
     "usage: mepc_replay point     LIBRARY PROPS HISTORY.csv [--nstate N]  time,slip_1[,slip_2],pressure\n"
     "       mepc_replay history   LIBRARY PROPS HISTORY.csv [--nstate N]  the same, all steps in one call\n"
     "       mepc_replay interface LIBRARY PROPS HISTORY.csv [--nstate N]  time,opening,jump_1[,jump_2]\n"
-    "       mepc_replay patch     LIBRARY PROPS HISTORY.csv PATCH.csv [--nstate N] [--series K] [--parallel K]\n"
-    "               time,displacement_1[,displacement_2,rotation][,pressure_scale] and x,y,area,pressure\n"
+    "       mepc_replay patch     LIBRARY PROPS PATCH.csv HISTORY.csv [--nstate N] [--series K] [--parallel K]\n"
+    "               x,y,area,pressure and time,displacement_1[,displacement_2,rotation][,pressure_scale]\n"
     "LIBRARY is the path of libmepc.so, PROPS the properties mu,gcr,exponent,... of the README's table.\n"
     "A row is the end of a step, the first one from zero slip and pressure. The table goes to standard output.\n";
 
@@ -138,13 +138,13 @@ int main(int argc, char **argv) {
             fail_usage(argv[i]);
         }
     }
-    run.in = table_read(argv[4], headers[kind]);
+    run.in = table_read(argv[3 + files], headers[kind]);
     run.ndir = run.in.header == headers[kind][0] || strstr(run.in.header, "_2") == NULL ? 1 : 2;
     run.lib = library_open(argv[2]);
     make_law(&run, argv[3], nstate);
     table points = {0};
     if (kind == PATCH) {
-        points = table_read(argv[5], patch_headers);
+        points = table_read(argv[4], patch_headers);
         replay_patch(&run, &points);
     } else {
         replay_point(&run, kind);

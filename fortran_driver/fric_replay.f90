@@ -10,9 +10,9 @@ program fric_replay
     character(*), parameter :: usage = new_line("a") // &
         "usage: fric_replay point PROPS HISTORY.csv [--nstate N] [--length L]  time,slip_1[,slip_2],pressure" // &
         new_line("a") // &
-        "       fric_replay patch PROPS HISTORY.csv PATCH.csv [--nstate N] [--length L] [--series K] [--parallel K]" // &
+        "       fric_replay patch PROPS PATCH.csv HISTORY.csv [--nstate N] [--length L] [--series K] [--parallel K]" // &
         new_line("a") // &
-        "               time,displacement_1[,displacement_2,rotation][,pressure_scale] and x,y,area,pressure" // &
+        "               x,y,area,pressure and time,displacement_1[,displacement_2,rotation][,pressure_scale]" // &
         new_line("a") // &
         "PROPS are the properties mu,gcr,exponent,... of the README's table; gcr = 0 needs the length L of a contact face." // &
         new_line("a") // &
@@ -40,7 +40,7 @@ program fric_replay
     if (argument(1) == "point") then
         call replay_point()
     else
-        call replay_patch(read_table(argument(4), ["x,y,area,pressure"]))
+        call replay_patch(read_table(argument(3), ["x,y,area,pressure"]))
     end if
 
 contains
@@ -97,7 +97,7 @@ contains
         if (files == 1) then
             history = read_table(argument(3), point_headers)
         else
-            history = read_table(argument(3), patch_headers)
+            history = read_table(argument(4), patch_headers)
         end if
         m%ndir = merge(2, 1, index(history%header, "_2") > 0)
         m%nstate = mepc_state_size(m%props, int(size(m%props), int32), m%ndir)

@@ -111,11 +111,15 @@ impl Drivers {
             fortran: Vec::new(),
             memory_full: Vec::new(),
         };
-        for method in Method::ALL {
+        for &method in replayed.case.methods() {
             let case = &replayed.case;
-            let file = |language: &str| output.join(format!("{}_{}_{language}.csv", case.name, method.name()));
+            let file = |language: &str| {
+                output.join(format!("{}_{}_{language}.csv", case.name, method.name()))
+            };
             let (table, said) = run(&self.c, Some(&self.library), case, method, &file("c"))?;
-            replayed.memory_full.push(memory_full(&said).with_context(|| said.clone())?);
+            replayed
+                .memory_full
+                .push(memory_full(&said).with_context(|| said.clone())?);
             replayed.c.push(table);
             let (table, _) = run(&self.fortran, None, case, method, &file("fortran"))?;
             replayed.fortran.push(table);
@@ -125,19 +129,36 @@ impl Drivers {
 }
 
 /// Runs a program; its table, which is written to a file, and what it said on standard error.
-fn run(program: &Path, library: Option<&Path>, case: &Case, method: Method, output: &Path) -> Result<(Table, String)> {
+fn run(
+    program: &Path,
+    library: Option<&Path>,
+    case: &Case,
+    method: Method,
+    output: &Path,
+) -> Result<(Table, String)> {
     let mut command = Command::new(program);
-    command.arg(if case.patch.is_some() { "patch" } else { "point" });
+    command.arg(if case.patch.is_some() {
+        "patch"
+    } else {
+        "point"
+    });
     command.args(library);
     let props: Vec<String> = case.props(method).iter().map(f64::to_string).collect();
-    command.arg(props.join(",")).arg(&case.history).args(&case.patch);
+    command
+        .arg(props.join(","))
+        .args(&case.patch)
+        .arg(&case.history);
     let options = [
         ("--nstate", case.nstate.map(f64::from)),
         ("--series", case.series),
         ("--parallel", case.parallel),
     ];
     for (option, value) in options {
-        command.args(value.into_iter().flat_map(|value| [option.to_string(), value.to_string()]));
+        command.args(
+            value
+                .into_iter()
+                .flat_map(|value| [option.to_string(), value.to_string()]),
+        );
     }
     let run = command
         .output()
@@ -145,7 +166,11 @@ fn run(program: &Path, library: Option<&Path>, case: &Case, method: Method, outp
     let said = String::from_utf8_lossy(&run.stderr).trim().to_string();
     if !run.status.success() {
         let program = program.display();
-        bail!("{program} on case {}, method {}: {said}", case.name, method.name());
+        bail!(
+            "{program} on case {}, method {}: {said}",
+            case.name,
+            method.name()
+        );
     }
     generated::write(output, &String::from_utf8_lossy(&run.stdout))?;
     Ok((Table::read(output)?, said))

@@ -21,7 +21,12 @@ pub fn run(root: &Path, check: bool) -> Result<()> {
     let text = String::from_utf8(text).context("cbindgen's output is not text")?;
     // The heading is for Rust's tools; what stands under it is for a C caller too.
     let text = text.replace("\n # Safety\n", "\n");
-    settle(&root.join("include/mepc.h"), &text, check, "cargo xtask header")?;
+    settle(
+        &root.join("include/mepc.h"),
+        &text,
+        check,
+        "cargo xtask header",
+    )?;
     println!(
         "include/mepc.h {}",
         if check { "up to date" } else { "written" }

@@ -52,6 +52,9 @@ pub struct Case {
     pub circle: Option<f64>,
     /// Length of the state array, so short that the memory gets full; the library's default without it.
     pub nstate: Option<u32>,
+    /// Only the method with memory.
+    #[serde(default)]
+    pub memory_only: bool,
     /// Name of the case whose force this one must reproduce.
     pub same_loop_as: Option<String>,
 }
@@ -69,10 +72,21 @@ impl Case {
         self.props[2]
     }
 
+    /// The methods that it is replayed with.
+    pub fn methods(&self) -> &'static [Method] {
+        &Method::ALL[..if self.memory_only { 1 } else { 3 }]
+    }
+
     /// The property array with the method.
     pub fn props(&self, method: Method) -> [f64; 5] {
         let [mu, gcr, chi] = self.props;
-        [mu, gcr, chi, f64::from(method as u8), self.reference_pressure]
+        [
+            mu,
+            gcr,
+            chi,
+            f64::from(method as u8),
+            self.reference_pressure,
+        ]
     }
 }
 

@@ -25,7 +25,12 @@ pub fn run(root: &Path, library: &Path, check: bool) -> Result<()> {
     let names = exported(&String::from_utf8(nm.stdout).context("nm's output is not text")?);
     let count = names.len();
     let text: String = names.iter().map(|name| format!("{name}\n")).collect();
-    settle(&root.join("tests/symbols.txt"), &text, check, "cargo xtask symbols")?;
+    settle(
+        &root.join("tests/symbols.txt"),
+        &text,
+        check,
+        "cargo xtask symbols",
+    )?;
     println!(
         "tests/symbols.txt: {count} symbols {}",
         if check { "as frozen" } else { "written" }
