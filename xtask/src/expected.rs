@@ -11,6 +11,8 @@ use crate::manifest::{Case, Method};
 /// Slip elements, and parts of a step, where nothing simpler is exact.
 const ELEMENTS: usize = 2000;
 const PARTS: usize = 8;
+/// The same where there is one element only.
+const PARTS_OF_ONE: usize = 500;
 
 /// A second opinion on one case and method.
 pub struct Expected {
