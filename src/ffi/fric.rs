@@ -94,7 +94,7 @@ impl Routine for Arguments {
 
     #[inline(always)]
     unsafe fn update<const N: usize>(&self, law: &Law<N>, props: &[f64], shared: &Shared) -> Result<(), Error> {
-        let (mut start, mut end) = (Start::new(), End::default());
+        let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
             let lm = read("LM", self.lm)?;

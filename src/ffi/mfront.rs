@@ -266,7 +266,7 @@ impl Behaviour {
         let (s0, s1) = (&data.s0, &data.s1);
         let components = self.components::<N>(thickness);
         let nstate = law.layout().nstate;
-        let (mut start, mut end) = (Start::new(), End::default());
+        let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes by the caller's word; everything is read before anything is written, for a caller may use one
         // array for both ends.
         unsafe {

@@ -242,7 +242,7 @@ impl Form for Friction {
 
     #[inline(always)]
     unsafe fn run<const N: usize>(&self, law: &Law<N>, gcr: f64) -> Result<i32, Error> {
-        let (mut start, mut end) = (Start::new(), End::default());
+        let (mut start, mut end) = (Start::new(), End::new());
         check_required(self)?;
         // SAFETY: sizes by the caller's word.
         unsafe {
@@ -291,7 +291,7 @@ impl Form for Interface {
 
     #[inline(always)]
     unsafe fn run<const N: usize>(&self, law: &Law<N>, gcr: f64) -> Result<i32, Error> {
-        let (mut start, mut end) = (Start::new(), End::default());
+        let (mut start, mut end) = (Start::new(), End::new());
         check_required(self)?;
         // SAFETY: sizes by the caller's word.
         unsafe {

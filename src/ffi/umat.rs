@@ -190,7 +190,7 @@ impl Arguments {
         order: Order,
     ) -> Result<(), Error> {
         let components = &arrangement.components;
-        let (mut start, mut end) = (Start::new(), End::default());
+        let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them.
         unsafe {
             let gcr = law.critical_slip(0.0)?;

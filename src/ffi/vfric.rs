@@ -156,7 +156,7 @@ impl Block {
         k: usize,
         contact: &Contact,
     ) -> Result<Vector<N>, Error> {
-        let (mut start, mut end) = (Start::new(), End::default());
+        let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them.
         unsafe {
             law.read(array(self.state, contact.state, law.layout().used())?, &mut start)?;
