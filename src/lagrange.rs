@@ -4,7 +4,9 @@
 //! direction of slip is remembered, as one knot at its limit.
 
 use crate::error::{Error, Kind};
-use crate::law::{Law, Response, SQUARED, Start, check_factor, check_pressure, check_within, not_a_result};
+use crate::law::{
+    Law, Response, SQUARED, Start, check_factor, check_pressure, check_within, not_a_result,
+};
 use crate::memory::{Matrix, Vector};
 use crate::number::finite;
 use crate::state::{Contact, End, Knot};
@@ -117,9 +119,16 @@ impl<const N: usize> Law<N> {
             // First to the size of 1: squares of huge or tiny numbers are none.
             direction = (along / along.amax()).normalize();
             let u = direction * gcr;
-            end.knots.push(Knot { r: gcr, u: u.into() });
+            end.knots.push(Knot {
+                r: gcr,
+                u: u.into(),
+            });
         }
-        end.header.contact = if closed { Contact::GrossSlip } else { Contact::Open };
+        end.header.contact = if closed {
+            Contact::GrossSlip
+        } else {
+            Contact::Open
+        };
         let traction = direction * strength;
         let dissipated = traction.dot(slip_increment) + lost;
         end.header.dissipated += dissipated;

@@ -1,13 +1,20 @@
 //! The arguments of exported functions: scalars, arrays and names of the host, and what it calls them.
 
 use crate::error::{Error, Kind};
-use crate::law::{Law, SQUARED, Start, };
+use crate::law::{Law, SQUARED, Start};
 use crate::memory::{Matrix, Vector};
 use crate::number::within;
 use crate::state::{Layout, MAX_USED, rotate};
 use arrayvec::ArrayVec;
 use libc::{c_char, c_double};
 use std::slice;
+
+/// The types of a host's arguments, all by reference: numbers that are read, numbers that are written, and names.
+pub(super) type Real = *const c_double;
+pub(super) type RealOut = *mut c_double;
+pub(super) type Integer = *const i32;
+pub(super) type IntegerOut = *mut i32;
+pub(super) type Text = *const c_char;
 
 /// How far a rotation increment may be from orthogonal: hosts hand over linearised rotations.
 const ORTHOGONALITY: f64 = 1e-3;
@@ -74,7 +81,8 @@ pub(super) unsafe fn count(name: &'static str, pointer: *const i32) -> Result<us
 /// A size, which must not be negative.
 #[inline(always)]
 pub(super) fn size(name: &'static str, value: i32) -> Result<usize, Error> {
-    usize::try_from(value).map_err(|_| Error::about(Kind::BadInput, name, "must be >= 0").count(value))
+    usize::try_from(value)
+        .map_err(|_| Error::about(Kind::BadInput, name, "must be >= 0").count(value))
 }
 
 /// An array of the host.
@@ -197,7 +205,9 @@ pub(super) unsafe fn read_turned<const N: usize>(
 /// Whether the slip directions stay what they were; the bits tell, for DROT may hold anything.
 fn stays(drot: &[f64]) -> bool {
     let identity = [1.0f64, 0.0, 0.0, 1.0];
-    drot.iter().zip(identity).all(|(a, b)| a.to_bits() == b.to_bits())
+    drot.iter()
+        .zip(identity)
+        .all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
 /// Turns the remembered vectors with the slip directions.

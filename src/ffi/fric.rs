@@ -3,7 +3,10 @@
 //! The argument list and its meaning were taken from the manual and from working sources; what is not confirmed is
 //! marked in docs/hosts.md. Arrays are column-major, integers 32 bits.
 
-use super::arguments::{array, count, fortran_name, hint, read, read_turned, required, routine, vector, write};
+use super::arguments::{
+    Integer, IntegerOut, Real, RealOut, Text, array, count, fortran_name, hint, read, read_turned,
+    required, routine, vector, write,
+};
 use super::laws::mu_factor;
 use super::refusal::{Routine, Shared, shared, sticking};
 use crate::error::{Error, Kind};
@@ -13,7 +16,6 @@ use crate::memory::{Matrix, Vector};
 use crate::number::within;
 use crate::properties::Method;
 use crate::state::End;
-use libc::{c_char, c_double};
 use std::slice;
 
 /// Relative motion flag: slip or elastic stick, TAU and its derivatives count.
@@ -26,51 +28,23 @@ const OPEN: i32 = 2;
 routine! {
     /// FRIC of Abaqus/Standard: see docs/hosts.md for what each argument means and what is used.
     struct Arguments of fric_(), fric();
-    take lm: *mut i32,
-    take tau: *mut c_double,
-    take ddtddg: *mut c_double,
-    take ddtddp: *mut c_double,
-    take dslip: *mut c_double,
-    take sed: *mut c_double,
-    take sfd: *mut c_double,
-    take ddtddt: *mut c_double,
-    take pnewdt: *mut c_double,
-    take statev: *mut c_double,
-    take dgam: *const c_double,
-    take taulm: *const c_double,
-    take press: *const c_double,
-    skip dpress: *const c_double,
-    skip ddpddh: *const c_double,
-    skip slip: *const c_double,
-    take kstep: *const i32,
-    take kinc: *const i32,
-    skip time: *const c_double,
-    skip dtime: *const c_double,
-    skip noel: *const i32,
-    take ciname: *const c_char,
-    skip slname: *const c_char,
-    skip msname: *const c_char,
-    skip npt: *const i32,
-    take node: *const i32,
-    skip npatch: *const i32,
-    skip coords: *const c_double,
-    skip rcoord: *const c_double,
-    take drot: *const c_double,
-    skip temp: *const c_double,
-    take predef: *const c_double,
-    take nfdir: *const i32,
-    skip mcrd: *const i32,
-    take npred: *const i32,
-    take nstatv: *const i32,
-    take chrlngth: *const c_double,
-    take props: *const c_double,
-    take nprops: *const i32,
+    take lm: IntegerOut, take tau: RealOut, take ddtddg: RealOut, take ddtddp: RealOut, take dslip: RealOut,
+    take sed: RealOut, take sfd: RealOut, take ddtddt: RealOut, take pnewdt: RealOut, take statev: RealOut,
+    take dgam: Real, take taulm: Real, take press: Real, skip dpress: Real, skip ddpddh: Real, skip slip: Real,
+    take kstep: Integer, take kinc: Integer, skip time: Real, skip dtime: Real, skip noel: Integer,
+    take ciname: Text, skip slname: Text, skip msname: Text, skip npt: Integer, take node: Integer,
+    skip npatch: Integer, skip coords: Real, skip rcoord: Real, take drot: Real, skip temp: Real, take predef: Real,
+    take nfdir: Integer, skip mcrd: Integer, take npred: Integer, take nstatv: Integer, take chrlngth: Real,
+    take props: Real, take nprops: Integer,
 }
 
 impl Routine for Arguments {
     const NAME: &'static str = "FRIC";
-    const DIRECTIONS: (&'static str, fn(i32) -> i32, &'static str) =
-        ("NFDIR", |directions| directions, "must be 1 or 2 slip directions");
+    const DIRECTIONS: (&'static str, fn(i32) -> i32, &'static str) = (
+        "NFDIR",
+        |directions| directions,
+        "must be 1 or 2 slip directions",
+    );
 
     #[inline(always)]
     fn directions(&self) -> *const i32 {
@@ -93,15 +67,28 @@ impl Routine for Arguments {
     }
 
     #[inline(always)]
-    unsafe fn update<const N: usize>(&self, law: &Law<N>, props: &[f64], shared: &Shared) -> Result<(), Error> {
+    unsafe fn update<const N: usize>(
+        &self,
+        law: &Law<N>,
+        props: &[f64],
+        shared: &Shared,
+    ) -> Result<(), Error> {
         let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
             let lm = read("LM", self.lm)?;
             required(
-                ["STATEV", "TAU", "DDTDDG", "DDTDDP", "DSLIP", "SED", "SFD", "PNEWDT"],
                 [
-                    self.statev, self.tau, self.ddtddg, self.ddtddp, self.dslip, self.sed, self.sfd,
+                    "STATEV", "TAU", "DDTDDG", "DDTDDP", "DSLIP", "SED", "SFD", "PNEWDT",
+                ],
+                [
+                    self.statev,
+                    self.tau,
+                    self.ddtddg,
+                    self.ddtddp,
+                    self.dslip,
+                    self.sed,
+                    self.sfd,
                     self.pnewdt,
                 ],
             )?;
@@ -112,7 +99,9 @@ impl Routine for Arguments {
                 read_turned("STATEV", law, self.statev, self.drot, &mut start)?;
                 vector("DGAM", self.dgam, 1)?
             };
-            let gcr = law.properties().critical_slip(shared.characteristic_length())?;
+            let gcr = law
+                .properties()
+                .critical_slip(shared.characteristic_length())?;
             // The first of a pair is on the slave surface.
             let fields = || count("NPRED", self.npred);
             let factor = mu_factor(props, fields, "PREDEF", self.predef, |index| 2 * index)?;
@@ -124,7 +113,10 @@ impl Routine for Arguments {
                     let host = match lm {
                         STICKING => Host::Held(vector("TAULM", self.taulm, 1)?),
                         // Only a hint then, and not always set.
-                        _ => Host::Slipped { slip, multiplier: hint(self.taulm) },
+                        _ => Host::Slipped {
+                            slip,
+                            multiplier: hint(self.taulm),
+                        },
                     };
                     let pressure = read("PRESS", self.press)?;
                     match law.lagrange_from(&start, &host, gcr, pressure, factor, &mut end)? {
@@ -143,7 +135,9 @@ impl Routine for Arguments {
                     let pressure = read("PRESS", self.press)?;
                     law.friction_from(&mut start, gcr, &slip, pressure, factor, &mut end)?
                 }
-                other => return Err(Error::about(Kind::BadInput, "LM", "must be 0, 1 or 2").count(other)),
+                other => {
+                    return Err(Error::about(Kind::BadInput, "LM", "must be 0, 1 or 2").count(other));
+                }
             };
             *self.lm = if lm == OPEN { OPEN } else { SLIPPING };
             self.answer(&response);

@@ -72,7 +72,10 @@ pub(super) fn with_law<const N: usize>(
 
 /// Which predefined field multiplies mu, from 0: the host's own property 21, in which 0 is none.
 #[inline(always)]
-pub(super) fn field(props: &[f64], fields: impl Fn() -> Result<usize, Error>) -> Result<Option<usize>, Error> {
+pub(super) fn field(
+    props: &[f64],
+    fields: impl Fn() -> Result<usize, Error>,
+) -> Result<Option<usize>, Error> {
     match props.get(COMMON) {
         Some(number) if number.to_bits() << 1 != 0 => some_field(*number, fields()?).map(Some),
         _ => Ok(None),
@@ -88,7 +91,10 @@ fn some_field(number: f64, fields: usize) -> Result<usize, Error> {
     let expected = format!(
         "must be 0 (none) or the number of a predefined field that multiplies mu, here at most {fields}"
     );
-    Err(Error::about(Kind::BadProperty, "PROPS", expected).index(COMMON).name("field").number(number))
+    Err(Error::about(Kind::BadProperty, "PROPS", expected)
+        .index(COMMON)
+        .name("field")
+        .number(number))
 }
 
 /// The factor on mu: 1, or a value of the field that PROPS(21) names: number `place(index)` of the array.

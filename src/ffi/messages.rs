@@ -71,7 +71,10 @@ fn is_news(contact: &str, error: &Error, host_name: HostName) -> bool {
 #[cold]
 pub(super) fn note(routine: &str, error: &Error, host_name: HostName) {
     if is_news(routine, error, host_name) {
-        tell(&format!("mepc {routine}: {}", error.words(host_name)), Severity::Error);
+        tell(
+            &format!("mepc {routine}: {}", error.words(host_name)),
+            Severity::Error,
+        );
     }
 }
 

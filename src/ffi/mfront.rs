@@ -67,7 +67,9 @@ impl Parameters {
     /// Sets one; false when there is none of that name.
     fn set(&self, name: &CStr, value: f64) -> bool {
         let found = PARAMETERS.iter().position(|(known, _)| *known == name);
-        found.inspect(|index| self.0[*index].store(value.to_bits(), Ordering::Relaxed)).is_some()
+        found
+            .inspect(|index| self.0[*index].store(value.to_bits(), Ordering::Relaxed))
+            .is_some()
     }
 
     fn get(&self, index: usize) -> f64 {
@@ -131,7 +133,9 @@ impl Request {
     fn new(k0: f64) -> Result<Self, Error> {
         if !finite(k0) {
             let expected = "must be a finite number that asks for an operator";
-            return Err(Error::about(Kind::BadInput, "K", expected).index(0).number(k0));
+            return Err(Error::about(Kind::BadInput, "K", expected)
+                .index(0)
+                .number(k0));
         }
         // The speed of sound is asked for by 100 more; a contact has none.
         let k0 = if k0 > 50.0 { k0 - 100.0 } else { k0 };
@@ -194,7 +198,10 @@ impl Behaviour {
             return 0;
         }
         // SAFETY: a C string by the caller's word.
-        c_int::from(self.parameters().set(unsafe { CStr::from_ptr(name) }, value))
+        c_int::from(
+            self.parameters()
+                .set(unsafe { CStr::from_ptr(name) }, value),
+        )
     }
 
     /// The body of the exported functions: 1 is success, -1 failure.
@@ -271,14 +278,24 @@ impl Behaviour {
         // array for both ends.
         unsafe {
             let gcr = law.critical_slip(0.0)?;
-            let state0 = array("s0.internal_state_variables", s0.internal_state_variables, nstate)?;
+            let state0 = array(
+                "s0.internal_state_variables",
+                s0.internal_state_variables,
+                nstate,
+            )?;
             law.read(state0, &mut start)?;
             let before = array("s0.gradients", s0.gradients, components.size)?;
             let (normal_before, jump_before) = components.opening::<N>(before);
             let stiffness = match request {
                 Request::Predict(stiffness) => {
-                    let response =
-                        law.interface_from(&mut start, gcr, normal_before, &jump_before, 1.0, &mut end)?;
+                    let response = law.interface_from(
+                        &mut start,
+                        gcr,
+                        normal_before,
+                        &jump_before,
+                        1.0,
+                        &mut end,
+                    )?;
                     Some(match stiffness {
                         Stiffness::Tangent => consistent(&response),
                         // Without an increment the secant is the stiffness of what sticks.
@@ -394,7 +411,13 @@ unsafe fn complain(message: *mut c_char, words: &str) {
         return;
     }
     let text = format!("mepc: {words}");
-    let ascii = text.bytes().map(|byte| if byte.is_ascii() && byte != 0 { byte } else { b'?' });
+    let ascii = text.bytes().map(|byte| {
+        if byte.is_ascii() && byte != 0 {
+            byte
+        } else {
+            b'?'
+        }
+    });
     let text: Vec<u8> = ascii.take(MESSAGE - 1).chain([0]).collect();
     // SAFETY: no more than 512 characters, which there is room for by the caller's word.
     unsafe { message.copy_from_nonoverlapping(text.as_ptr().cast(), text.len()) }
@@ -570,7 +593,8 @@ macro_rules! behaviour {
 
 const TWO_NAMES: Names<STATE_TWO> =
     state_names!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24, directions 2);
-const ONE_NAMES: Names<STATE_ONE> = state_names!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16, directions 1);
+const ONE_NAMES: Names<STATE_ONE> =
+    state_names!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16, directions 1);
 
 behaviour!(
     contact, "MemoryPenaltyContact", Behaviour::Contact, type 3, kinematic 2,

@@ -3,8 +3,8 @@
 // The comments are those of the C header, where [n] is an array of n numbers.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-use super::guard;
 use super::arguments::{array, null, size, write};
+use super::guard;
 use crate::error::{Error, Kind};
 use crate::law::{Law, Start, check_directions, default_state_size};
 use crate::memory::Vector;
@@ -64,7 +64,7 @@ thread_local! {
 
 /// Keeps the words of an error for [`mepc_last_error`]; gives its status number.
 #[cold]
-fn remember(error: &Error) -> i32 {
+pub(super) fn remember(error: &Error) -> i32 {
     let text: Vec<u8> = error
         .to_string()
         .bytes()
@@ -101,8 +101,9 @@ enum AnyLaw {
 
 impl mepc_law {
     fn new(props: &[f64], ndir: i32, nstate: i32) -> Result<Self, Error> {
-        let nstate = usize::try_from(nstate)
-            .map_err(|_| Error::about(Kind::BadState, "nstate", "must be positive").count(nstate))?;
+        let nstate = usize::try_from(nstate).map_err(|_| {
+            Error::about(Kind::BadState, "nstate", "must be positive").count(nstate)
+        })?;
         let law = match directions(ndir)? {
             1 => AnyLaw::One(Law::new(props, nstate)?),
             _ => AnyLaw::Two(Law::new(props, nstate)?),
@@ -246,16 +247,26 @@ impl Form for Friction {
         check_required(self)?;
         // SAFETY: sizes by the caller's word.
         unsafe {
-            let slip = Vector::<N>::from_column_slice(array("slip_increment", self.slip_increment, N)?);
-            law.read(array("state0", self.state0, law.layout().used())?, &mut start)?;
+            let slip =
+                Vector::<N>::from_column_slice(array("slip_increment", self.slip_increment, N)?);
+            law.read(
+                array("state0", self.state0, law.layout().used())?,
+                &mut start,
+            )?;
             let factor = factor(self.mu_factor);
             let response =
                 law.friction_from(&mut start, gcr, &slip, *self.pressure, factor, &mut end)?;
             write_state(law, &end, self.state1);
             write(self.traction, response.traction.as_slice());
             // Row by row: nalgebra's order is by columns.
-            write(self.dtraction_dslip, response.dtraction_dslip.transpose().as_slice());
-            write(self.dtraction_dpressure, response.dtraction_dpressure.as_slice());
+            write(
+                self.dtraction_dslip,
+                response.dtraction_dslip.transpose().as_slice(),
+            );
+            write(
+                self.dtraction_dpressure,
+                response.dtraction_dpressure.as_slice(),
+            );
             write(self.energy, &[response.stored, response.dissipated]);
             Ok(success(response.memory_full))
         }
@@ -297,7 +308,10 @@ impl Form for Interface {
         unsafe {
             let opening = array("opening", self.opening, 1 + N)?;
             let (normal, tangential) = (opening[0], Vector::<N>::from_column_slice(&opening[1..]));
-            law.read(array("state0", self.state0, law.layout().used())?, &mut start)?;
+            law.read(
+                array("state0", self.state0, law.layout().used())?,
+                &mut start,
+            )?;
             let factor = factor(self.mu_factor);
             let response =
                 law.interface_from(&mut start, gcr, normal, &tangential, factor, &mut end)?;
@@ -333,13 +347,19 @@ fn success(memory_full: bool) -> i32 {
 #[inline(always)]
 unsafe fn write_state<const N: usize>(law: &Law<N>, end: &End<N>, state: *mut c_double) {
     // SAFETY: as the caller says.
-    law.layout().write(end, unsafe { slice::from_raw_parts_mut(state, law.layout().nstate) });
+    law.layout().write(end, unsafe {
+        slice::from_raw_parts_mut(state, law.layout().nstate)
+    });
 }
 
 /// Refuses arrays that are not there.
 #[inline(always)]
 fn check_required(form: &impl Form) -> Result<(), Error> {
-    match form.required().into_iter().find(|(_, pointer)| pointer.is_null()) {
+    match form
+        .required()
+        .into_iter()
+        .find(|(_, pointer)| pointer.is_null())
+    {
         Some((name, _)) => Err(null(name)),
         None => Ok(()),
     }
@@ -415,7 +435,11 @@ impl Friction {
         let mut worst = 0;
         for increment in 0..increments {
             let row = unsafe { self.skip(index * increments + increment, N, 0) };
-            let row = Friction { state0: state, state1: state, ..row };
+            let row = Friction {
+                state0: state,
+                state1: state,
+                ..row
+            };
             let status = unsafe { row.run(law, gcr) };
             worst = worst.max(status.map_err(|error| error.at("increment", increment))?);
         }
@@ -812,7 +836,9 @@ pub unsafe extern "C" fn mepc_friction_history_batch(
 /// A number of points, or of increments, whose arrays fit into memory where the longest row has `row` numbers.
 fn points(name: &'static str, n: i64, row: usize) -> Result<usize, Error> {
     let fits = |points: &usize| {
-        let numbers = points.checked_mul(row.max(9)).and_then(|numbers| numbers.checked_mul(4));
+        let numbers = points
+            .checked_mul(row.max(9))
+            .and_then(|numbers| numbers.checked_mul(4));
         numbers.is_some_and(|numbers| numbers <= isize::MAX as usize / size_of::<f64>())
     };
     let expected = "must be >= 0 and fit into memory";

@@ -90,7 +90,12 @@ pub(super) trait Routine {
     ///
     /// # Safety
     /// The pointers are what the host's manual says, or null.
-    unsafe fn update<const N: usize>(&self, law: &Law<N>, props: &[f64], shared: &Shared) -> Result<(), Error>;
+    unsafe fn update<const N: usize>(
+        &self,
+        law: &Law<N>,
+        props: &[f64],
+        shared: &Shared,
+    ) -> Result<(), Error>;
 
     /// What a refused call gives besides: outputs as if the point stuck; the stress and the state stay as they were.
     ///
@@ -130,7 +135,11 @@ pub(super) trait Routine {
     /// # Safety
     /// As [`Routine::update`].
     #[inline(always)]
-    unsafe fn with<const N: usize>(&self, laws: &'static ThreadLaws<N>, shared: &Shared) -> Result<(), Error> {
+    unsafe fn with<const N: usize>(
+        &self,
+        laws: &'static ThreadLaws<N>,
+        shared: &Shared,
+    ) -> Result<(), Error> {
         // SAFETY: as the caller says.
         unsafe {
             let props = shared.props()?;
@@ -196,7 +205,10 @@ pub(super) unsafe fn cut_back(pnewdt: *mut c_double) {
 ///
 /// # Safety
 /// As [`Routine::update`].
-pub(super) unsafe fn sticking<const N: usize>(shared: &Shared, pressure: Result<f64, Error>) -> [f64; 2] {
+pub(super) unsafe fn sticking<const N: usize>(
+    shared: &Shared,
+    pressure: Result<f64, Error>,
+) -> [f64; 2] {
     // SAFETY: as the caller says.
     let stiffness = pressure.and_then(|pressure| unsafe {
         check_pressure(pressure)?;

@@ -3,7 +3,10 @@
 //! The argument list was taken from working sources; what is not confirmed is marked in docs/hosts.md. Penetration and
 //! compression are positive here, so the normal component changes its sign on the way in and out.
 
-use super::arguments::{count, finite, fortran_name, read, read_turned, required, routine, vector, write};
+use super::arguments::{
+    Integer, IntegerOut, Real, RealOut, Text, count, finite, fortran_name, read, read_turned,
+    required, routine, vector, write,
+};
 use super::components::{Components, Order, consistent, uncoupled};
 use super::laws::mu_factor;
 use super::refusal::{Routine, Shared, shared, sticking};
@@ -11,7 +14,6 @@ use crate::error::Error;
 use crate::law::{Law, Start, UNKNOWN_OPENING};
 use crate::memory::Vector;
 use crate::state::End;
-use libc::{c_char, c_double};
 use std::slice;
 
 /// Penetration below this stands for a point without a partner (the host passes -1e36).
@@ -20,53 +22,16 @@ const UNPAIRED: f64 = -1e35;
 routine! {
     /// UINTER of Abaqus/Standard: see docs/hosts.md for what each argument means and what is used.
     struct Arguments of uinter_(), uinter();
-    take stress: *mut c_double,
-    take ddsddr: *mut c_double,
-    take dviscous: *mut c_double,
-    take dstructural: *mut c_double,
-    skip flux: *mut c_double,
-    take ddfddt: *mut c_double,
-    take ddsddt: *mut c_double,
-    take ddfddr: *mut c_double,
-    take statev: *mut c_double,
-    take sed: *mut c_double,
-    take sfd: *mut c_double,
-    take spd: *mut c_double,
-    take svd: *mut c_double,
-    take scd: *mut c_double,
-    take pnewdt: *mut c_double,
-    take rdisp: *const c_double,
-    take drdisp: *const c_double,
-    skip temp: *const c_double,
-    skip dtemp: *const c_double,
-    take predef: *const c_double,
-    skip dpred: *const c_double,
-    skip time: *const c_double,
-    skip dtime: *const c_double,
-    skip freqr: *const c_double,
-    take ciname: *const c_char,
-    skip secname: *const c_char,
-    skip mainname: *const c_char,
-    take props: *const c_double,
-    skip coords: *const c_double,
-    skip alocaldir: *const c_double,
-    take drot: *const c_double,
-    skip area: *const c_double,
-    take chrlngth: *const c_double,
-    take node: *const i32,
-    take ndir: *const i32,
-    take nstatv: *const i32,
-    take npred: *const i32,
-    take nprops: *const i32,
-    skip mcrd: *const i32,
-    take kstep: *const i32,
-    take kinc: *const i32,
-    skip kit: *const i32,
-    skip linper: *const i32,
-    take lopenclose: *mut i32,
-    skip lstate: *mut i32,
-    skip lsdi: *mut i32,
-    skip lprint: *const i32,
+    take stress: RealOut, take ddsddr: RealOut, take dviscous: RealOut, take dstructural: RealOut,
+    skip flux: RealOut, take ddfddt: RealOut, take ddsddt: RealOut, take ddfddr: RealOut, take statev: RealOut,
+    take sed: RealOut, take sfd: RealOut, take spd: RealOut, take svd: RealOut, take scd: RealOut,
+    take pnewdt: RealOut, take rdisp: Real, take drdisp: Real, skip temp: Real, skip dtemp: Real, take predef: Real,
+    skip dpred: Real, skip time: Real, skip dtime: Real, skip freqr: Real, take ciname: Text, skip secname: Text,
+    skip mainname: Text, take props: Real, skip coords: Real, skip alocaldir: Real, take drot: Real,
+    skip area: Real, take chrlngth: Real, take node: Integer, take ndir: Integer, take nstatv: Integer,
+    take npred: Integer, take nprops: Integer, skip mcrd: Integer, take kstep: Integer, take kinc: Integer,
+    skip kit: Integer, skip linper: Integer, take lopenclose: IntegerOut, skip lstate: IntegerOut,
+    skip lsdi: IntegerOut, skip lprint: Integer,
 }
 
 impl Routine for Arguments {
@@ -97,7 +62,12 @@ impl Routine for Arguments {
     }
 
     #[inline(always)]
-    unsafe fn update<const N: usize>(&self, law: &Law<N>, props: &[f64], shared: &Shared) -> Result<(), Error> {
+    unsafe fn update<const N: usize>(
+        &self,
+        law: &Law<N>,
+        props: &[f64],
+        shared: &Shared,
+    ) -> Result<(), Error> {
         let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
@@ -134,7 +104,10 @@ impl Routine for Arguments {
                 *open_or_closed = i32::from(response.normal_traction < 0.0);
             }
             // NSTATV numbers, all of them read: there is no other reference to them.
-            law.layout().write(&end, slice::from_raw_parts_mut(self.statev, law.layout().nstate));
+            law.layout().write(
+                &end,
+                slice::from_raw_parts_mut(self.statev, law.layout().nstate),
+            );
             Ok(())
         }
     }

@@ -3,7 +3,10 @@
 //! All 37 arguments of the usual list, of which few are touched: hosts pass null or stale pointers for the rest
 //! (docs/hosts.md). The routine has no way to refuse, so bad input ends the run, after a message.
 
-use super::arguments::{array, count, finite, fortran_name, null, properties, read, routine};
+use super::arguments::{
+    Integer, Real, RealOut, Text, array, count, finite, fortran_name, null, properties, read,
+    routine,
+};
 use super::components::{Components, Order, consistent, sticking};
 use super::guard;
 use super::laws::{ONE, TWO, with_law};
@@ -12,7 +15,6 @@ use crate::error::{Error, Kind};
 use crate::law::{Law, Start};
 use crate::properties::COMMON;
 use crate::state::End;
-use libc::{c_char, c_double};
 use std::slice;
 
 /// This host's own properties, from 21 on.
@@ -38,7 +40,10 @@ impl Arrangement {
         }
         let bad = |index: usize, expected: &'static str| {
             let error = Error::about(Kind::BadProperty, "PROPS", expected);
-            Err(error.index(COMMON + index).name(NAMES[index]).number(own[index]))
+            Err(error
+                .index(COMMON + index)
+                .name(NAMES[index])
+                .number(own[index]))
         };
         if let Some(index) = own.iter().position(|value| finite("", *value).is_err()) {
             return bad(index, "must be finite");
@@ -53,7 +58,10 @@ impl Arrangement {
         } else if layout == 2.0 {
             (&[6], [2, 4, 5], thickness)
         } else {
-            return bad(0, "must be 0 (interface), 1 (interface in 6 slots) or 2 (thin layer)");
+            return bad(
+                0,
+                "must be 0 (interface), 1 (interface in 6 slots) or 2 (thin layer)",
+            );
         };
         if !(1e-100..=1e100).contains(&scale) {
             return bad(1, "must be 0 (1), or from 1e-100 to 1e100");
@@ -71,7 +79,10 @@ impl Arrangement {
         } else if order == 2.0 {
             Some(Order::ColumnMajor)
         } else {
-            return bad(4, "must be 0 (by symbol), 1 (row by row) or 2 (column by column)");
+            return bad(
+                4,
+                "must be 0 (by symbol), 1 (row by row) or 2 (column by column)",
+            );
         };
         if !sizes.contains(&ntens) {
             let expected = format!("must be in {sizes:?} for layout {layout} of PROPS(21)");
@@ -108,43 +119,14 @@ routine! {
     /// DDSDDE is column-major behind `umat_`, as Fortran's, and row-major behind `umat`, as C's; PROPS(25) may say
     /// otherwise.
     struct Arguments of umat_(Order::ColumnMajor), umat(Order::RowMajor);
-    take stress: *mut c_double,
-    take statev: *mut c_double,
-    take ddsdde: *mut c_double,
-    skip sse: *mut c_double,
-    skip spd: *mut c_double,
-    skip scd: *mut c_double,
-    skip rpl: *mut c_double,
-    skip ddsddt: *mut c_double,
-    skip drplde: *mut c_double,
-    skip drpldt: *mut c_double,
-    take stran: *const c_double,
-    take dstran: *const c_double,
-    skip time: *const c_double,
-    skip dtime: *const c_double,
-    skip temp: *const c_double,
-    skip dtemp: *const c_double,
-    skip predef: *const c_double,
-    skip dpred: *const c_double,
-    skip cmname: *const c_char,
-    skip ndi: *const i32,
-    skip nshr: *const i32,
-    take ntens: *const i32,
-    take nstatv: *const i32,
-    take props: *const c_double,
-    take nprops: *const i32,
-    skip coords: *const c_double,
-    skip drot: *const c_double,
-    skip pnewdt: *mut c_double,
-    skip celent: *const c_double,
-    skip dfgrd0: *const c_double,
-    skip dfgrd1: *const c_double,
-    take noel: *const i32,
-    take npt: *const i32,
-    skip layer: *const i32,
-    skip kspt: *const i32,
-    take kstep: *const i32,
-    take kinc: *const i32,
+    take stress: RealOut, take statev: RealOut, take ddsdde: RealOut, skip sse: RealOut, skip spd: RealOut,
+    skip scd: RealOut, skip rpl: RealOut, skip ddsddt: RealOut, skip drplde: RealOut, skip drpldt: RealOut,
+    take stran: Real, take dstran: Real, skip time: Real, skip dtime: Real, skip temp: Real, skip dtemp: Real,
+    skip predef: Real, skip dpred: Real, skip cmname: Text, skip ndi: Integer, skip nshr: Integer,
+    take ntens: Integer, take nstatv: Integer, take props: Real, take nprops: Integer, skip coords: Real,
+    skip drot: Real, skip pnewdt: RealOut, skip celent: Real, skip dfgrd0: Real, skip dfgrd1: Real,
+    take noel: Integer, take npt: Integer, skip layer: Integer, skip kspt: Integer, take kstep: Integer,
+    take kinc: Integer,
 }
 
 impl Arguments {
@@ -157,11 +139,16 @@ impl Arguments {
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe {
             let props = properties(self.props, self.nprops)?;
-            let arrangement = arrangement.insert(Arrangement::new(props, count("NTENS", self.ntens)?)?);
+            let arrangement =
+                arrangement.insert(Arrangement::new(props, count("NTENS", self.ntens)?)?);
             let nstate = count("NSTATV", self.nstatv)?;
             match arrangement.directions {
-                1 => with_law(&ONE, props, nstate, |law| self.update(law, arrangement, order)),
-                _ => with_law(&TWO, props, nstate, |law| self.update(law, arrangement, order)),
+                1 => with_law(&ONE, props, nstate, |law| {
+                    self.update(law, arrangement, order)
+                }),
+                _ => with_law(&TWO, props, nstate, |law| {
+                    self.update(law, arrangement, order)
+                }),
             }
         });
         if let Err(error) = outcome {
@@ -194,13 +181,17 @@ impl Arguments {
         // SAFETY: sizes as the host declares them.
         unsafe {
             let gcr = law.critical_slip(0.0)?;
-            law.read(array("STATEV", self.statev, law.layout().used())?, &mut start)?;
+            law.read(
+                array("STATEV", self.statev, law.layout().used())?,
+                &mut start,
+            )?;
             let stran = array("STRAN", self.stran, components.size)?;
             let dstran = array("DSTRAN", self.dstran, components.size)?;
             let mut total = [0.0; 6];
             for slot in &components.slots[..1 + N] {
                 for (name, values) in [("STRAN", stran), ("DSTRAN", dstran)] {
-                    total[*slot] += finite(name, values[*slot]).map_err(|error| error.index(*slot))?;
+                    total[*slot] +=
+                        finite(name, values[*slot]).map_err(|error| error.index(*slot))?;
                 }
             }
             if self.stress.is_null() {
@@ -210,7 +201,8 @@ impl Arguments {
                 return Err(null("DDSDDE"));
             }
             let (normal, tangential) = components.opening::<N>(&total);
-            let response = law.interface_from(&mut start, gcr, normal, &tangential, 1.0, &mut end)?;
+            let response =
+                law.interface_from(&mut start, gcr, normal, &tangential, 1.0, &mut end)?;
             let operator = if arrangement.always_sticking {
                 sticking(law, gcr, &response)
             } else {
@@ -220,7 +212,10 @@ impl Arguments {
             let order = arrangement.order.unwrap_or(order);
             components.write_operator::<N>(&operator, order, self.ddsdde);
             // NSTATV numbers, all of them read: there is no other reference to them.
-            law.layout().write(&end, slice::from_raw_parts_mut(self.statev, law.layout().nstate));
+            law.layout().write(
+                &end,
+                slice::from_raw_parts_mut(self.statev, law.layout().nstate),
+            );
         }
         Ok(())
     }

@@ -4,7 +4,10 @@
 //! over a block of contact points and take **forces** against the slip. Their first direction is that of the current
 //! slip and turns with every increment, so the memory is kept in a frame of its own, made from the normal.
 
-use super::arguments::{array, count, finite, fortran_name, name, null, positive, properties, read, routine, write};
+use super::arguments::{
+    Integer, Real, RealOut, Text, array, count, finite, fortran_name, name, null, positive,
+    properties, read, routine, write,
+};
 use super::guard;
 use super::laws::{ONE, TWO, ThreadLaws, mu_factor, with_law};
 use super::messages::{Place, Severity, report};
@@ -13,7 +16,6 @@ use crate::law::{Law, SQUARED, Start, check_within};
 use crate::memory::Vector;
 use crate::number::within;
 use crate::state::End;
-use libc::{c_char, c_double};
 use std::slice;
 
 /// How far the length of a unit vector may be from one.
@@ -23,12 +25,12 @@ type Global = Vector<3>;
 
 /// One contact point of a block: what the two routines keep in different places.
 struct Contact {
-    state: *mut c_double,
+    state: RealOut,
     area: f64,
     /// The number by which the user knows the node.
     node: i32,
     /// Where the predefined fields of the point are, and how far apart.
-    fields: *const c_double,
+    fields: Real,
     stride: usize,
 }
 
@@ -38,22 +40,22 @@ struct Block {
     /// The routine and its names of the state, and of the numbers of states, of points and of predefined fields.
     routine: &'static str,
     state: &'static str,
-    states: (&'static str, *const i32),
-    points: (&'static str, *const i32),
-    fields: (&'static str, *const i32),
+    states: (&'static str, Integer),
+    points: (&'static str, Integer),
+    fields: (&'static str, Integer),
     field_name: &'static str,
-    f_tangential: *mut c_double,
-    n_fric_dir: *const i32,
-    n_dir: *const i32,
-    props: *const c_double,
-    n_props: *const i32,
-    slip: *const c_double,
-    f_normal: *const c_double,
-    normal: *const c_double,
-    slip_direction: *const c_double,
-    interaction: *const c_char,
-    step: *const i32,
-    increment: *const i32,
+    f_tangential: RealOut,
+    n_fric_dir: Integer,
+    n_dir: Integer,
+    props: Real,
+    n_props: Integer,
+    slip: Real,
+    f_normal: Real,
+    normal: Real,
+    slip_direction: Real,
+    interaction: Text,
+    step: Integer,
+    increment: Integer,
 }
 
 /// A routine of Abaqus/Explicit for a block of contact points.
@@ -93,7 +95,8 @@ impl Block {
                 (2, 1) => self.all(&ONE, contact),
                 (3, 2) => self.all(&TWO, contact),
                 (directions, tangential) => {
-                    let expected = format!("must be 1 with nDir = 2, or 2 with 3; nDir is {directions}");
+                    let expected =
+                        format!("must be 1 with nDir = 2, or 2 with 3; nDir is {directions}");
                     Err(Error::about(Kind::BadInput, "nFricDir", expected).count(tangential))
                 }
             }
@@ -159,13 +162,20 @@ impl Block {
         let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them.
         unsafe {
-            law.read(array(self.state, contact.state, law.layout().used())?, &mut start)?;
+            law.read(
+                array(self.state, contact.state, law.layout().used())?,
+                &mut start,
+            )?;
             let fields = || count(self.fields.0, self.fields.1);
             let place = |index| index * contact.stride;
             let factor = mu_factor(props, fields, self.field_name, contact.fields, place)?;
             let force = finite("fNormal", array("fNormal", self.f_normal, k + 1)?[k])?;
             let (pressure, area) = if force > 0.0 {
-                let area = positive(Kind::BadInput, "the area of the contact point", contact.area)?;
+                let area = positive(
+                    Kind::BadInput,
+                    "the area of the contact point",
+                    contact.area,
+                )?;
                 (force / area, area)
             } else {
                 (0.0, 0.0)
@@ -191,14 +201,18 @@ impl Block {
             let slip = along * slip.norm();
             let frame = frame::<N>(&normal);
             let increment = Vector::<N>::from_fn(|i, _| frame[i].dot(&slip));
-            let response = law.friction_from(&mut start, gcr, &increment, pressure, factor, &mut end)?;
+            let response =
+                law.friction_from(&mut start, gcr, &increment, pressure, factor, &mut end)?;
             let traction = (frame.iter().zip(&response.traction))
                 .fold(Global::zeros(), |sum, (direction, t)| sum + direction * *t);
             let host = [along, normal.cross(&along)];
             let force = Vector::<N>::from_fn(|i, _| -area * traction.dot(&host[i]));
             finite("fNormal", force.sum()).map_err(|error| error.number(pressure * area))?;
             // All of the state has been read: there is no other reference to it.
-            law.layout().write(&end, slice::from_raw_parts_mut(contact.state, law.layout().nstate));
+            law.layout().write(
+                &end,
+                slice::from_raw_parts_mut(contact.state, law.layout().nstate),
+            );
             Ok(force)
         }
     }
@@ -211,7 +225,9 @@ impl Block {
             let theirs = match ours {
                 // The memory has directions of its own.
                 "slip_increment" => return Some("a component of dSlipFric".to_string()),
-                "pressure" => return Some("fNormal over the area of the contact point".to_string()),
+                "pressure" => {
+                    return Some("fNormal over the area of the contact point".to_string());
+                }
                 "state" | "state0" => self.state,
                 "nstate" => self.states.0,
                 "nprops" => "nProps",
@@ -281,48 +297,16 @@ fn frame<const N: usize>(normal: &Global) -> [Global; N] {
 routine! {
     /// VFRIC of Abaqus/Explicit (contact pairs), real numbers in double precision: see docs/hosts.md.
     struct Vfric of vfric_(), vfric();
-    take f_tangential: *mut c_double,
-    take statev: *mut c_double,
-    take k_step: *const i32,
-    take k_inc: *const i32,
-    take n_contact: *const i32,
-    skip n_fac_nod: *const i32,
-    take n_slv_nod: *const i32,
-    skip n_mst_nod: *const i32,
-    take n_fric_dir: *const i32,
-    take n_dir: *const i32,
-    take n_state_var: *const i32,
-    take n_props: *const i32,
-    skip n_temp: *const i32,
-    take n_pred: *const i32,
-    skip num_def_tfv: *const i32,
-    take j_slv_uid: *const i32,
-    skip j_mst_uid: *const i32,
-    take j_con_slvid: *const i32,
-    skip j_con_mstid: *const i32,
-    skip tim_step: *const c_double,
-    skip tim_glb: *const c_double,
-    skip d_tim_cur: *const c_double,
-    take surf_int: *const c_char,
-    skip surf_slv: *const c_char,
-    skip surf_mst: *const c_char,
-    skip l_con_type: *const i32,
-    take d_slip_fric: *const c_double,
-    skip f_stick_force: *const c_double,
-    skip f_tang_prev: *const c_double,
-    take f_normal: *const c_double,
-    skip friction_work: *const c_double,
-    skip shape: *const c_double,
-    skip coord_slv: *const c_double,
-    skip coord_mst: *const c_double,
-    take dir_cos_sl: *const c_double,
-    take dircos_n: *const c_double,
-    take props: *const c_double,
-    take area_slv: *const c_double,
-    skip temp_slv: *const c_double,
-    take pre_def_slv: *const c_double,
-    skip temp_mst: *const c_double,
-    skip pre_def_mst: *const c_double,
+    take f_tangential: RealOut, take statev: RealOut, take k_step: Integer, take k_inc: Integer,
+    take n_contact: Integer, skip n_fac_nod: Integer, take n_slv_nod: Integer, skip n_mst_nod: Integer,
+    take n_fric_dir: Integer, take n_dir: Integer, take n_state_var: Integer, take n_props: Integer,
+    skip n_temp: Integer, take n_pred: Integer, skip num_def_tfv: Integer, take j_slv_uid: Integer,
+    skip j_mst_uid: Integer, take j_con_slvid: Integer, skip j_con_mstid: Integer, skip tim_step: Real,
+    skip tim_glb: Real, skip d_tim_cur: Real, take surf_int: Text, skip surf_slv: Text, skip surf_mst: Text,
+    skip l_con_type: Integer, take d_slip_fric: Real, skip f_stick_force: Real, skip f_tang_prev: Real,
+    take f_normal: Real, skip friction_work: Real, skip shape: Real, skip coord_slv: Real, skip coord_mst: Real,
+    take dir_cos_sl: Real, take dircos_n: Real, take props: Real, take area_slv: Real, skip temp_slv: Real,
+    take pre_def_slv: Real, skip temp_mst: Real, skip pre_def_mst: Real,
 }
 
 impl Routine for Vfric {
@@ -360,7 +344,9 @@ impl Routine for Vfric {
             let node = *self.j_con_slvid.add(k);
             if node < 1 || node > nodes {
                 let expected = format!("must be a slave node, 1 to {nodes}");
-                return Err(Error::about(Kind::BadInput, "jConSlvid", expected).index(k).count(node));
+                return Err(Error::about(Kind::BadInput, "jConSlvid", expected)
+                    .index(k)
+                    .count(node));
             }
             let index = node as usize - 1;
             if self.statev.is_null() {
@@ -384,45 +370,15 @@ impl Routine for Vfric {
 routine! {
     /// VFRICTION of Abaqus/Explicit (general contact), real numbers in double precision: see docs/hosts.md.
     struct Vfriction of vfriction_(), vfriction();
-    take f_tangential: *mut c_double,
-    take state: *mut c_double,
-    take n_block: *const i32,
-    skip n_block_anal: *const i32,
-    skip n_block_edge: *const i32,
-    take n_nod_state: *const i32,
-    take n_nod_slv: *const i32,
-    skip n_nod_mst: *const i32,
-    take n_fric_dir: *const i32,
-    take n_dir: *const i32,
-    take n_states: *const i32,
-    take n_props: *const i32,
-    skip n_temp: *const i32,
-    take n_fields: *const i32,
-    take j_flags: *const i32,
-    skip r_data: *const c_double,
-    take surf_int: *const c_char,
-    skip surf_slv: *const c_char,
-    skip surf_mst: *const c_char,
-    take j_con_slv_uid: *const i32,
-    skip j_con_mst_uid: *const i32,
-    take props: *const c_double,
-    take d_slip_fric: *const c_double,
-    skip f_stick_force: *const c_double,
-    skip f_tang_prev: *const c_double,
-    take f_normal: *const c_double,
-    take area_cont: *const c_double,
-    take dircos_n: *const c_double,
-    take dircos_sl: *const c_double,
-    skip shape_slv: *const c_double,
-    skip shape_mst: *const c_double,
-    skip coord_slv: *const c_double,
-    skip coord_mst: *const c_double,
-    skip vel_slv: *const c_double,
-    skip vel_mst: *const c_double,
-    skip temp_slv: *const c_double,
-    skip temp_mst: *const c_double,
-    take field_slv: *const c_double,
-    skip field_mst: *const c_double,
+    take f_tangential: RealOut, take state: RealOut, take n_block: Integer, skip n_block_anal: Integer,
+    skip n_block_edge: Integer, take n_nod_state: Integer, take n_nod_slv: Integer, skip n_nod_mst: Integer,
+    take n_fric_dir: Integer, take n_dir: Integer, take n_states: Integer, take n_props: Integer,
+    skip n_temp: Integer, take n_fields: Integer, take j_flags: Integer, skip r_data: Real, take surf_int: Text,
+    skip surf_slv: Text, skip surf_mst: Text, take j_con_slv_uid: Integer, skip j_con_mst_uid: Integer,
+    take props: Real, take d_slip_fric: Real, skip f_stick_force: Real, skip f_tang_prev: Real, take f_normal: Real,
+    take area_cont: Real, take dircos_n: Real, take dircos_sl: Real, skip shape_slv: Real, skip shape_mst: Real,
+    skip coord_slv: Real, skip coord_mst: Real, skip vel_slv: Real, skip vel_mst: Real, skip temp_slv: Real,
+    skip temp_mst: Real, take field_slv: Real, skip field_mst: Real,
 }
 
 impl Routine for Vfriction {
@@ -467,7 +423,9 @@ impl Routine for Vfriction {
                 node: if self.j_con_slv_uid.is_null() {
                     0
                 } else {
-                    *self.j_con_slv_uid.add(k * count("nNodSlv", self.n_nod_slv)?)
+                    *self
+                        .j_con_slv_uid
+                        .add(k * count("nNodSlv", self.n_nod_slv)?)
                 },
                 fields: match self.field_slv.is_null() {
                     true => self.field_slv,
@@ -481,7 +439,11 @@ impl Routine for Vfriction {
 
 /// Number `index` of an array that may not be there.
 fn at<T>(array: *const T, index: usize) -> *const T {
-    if array.is_null() { array } else { array.wrapping_add(index) }
+    if array.is_null() {
+        array
+    } else {
+        array.wrapping_add(index)
+    }
 }
 
 #[cfg(test)]
