@@ -5,6 +5,8 @@ import hashlib
 import json
 import os
 
+from mpi4py import MPI  # noqa: F401  (before dolfinx: it brings the MPI library)
+
 import dolfinx
 import h5py
 import numpy as np

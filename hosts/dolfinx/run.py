@@ -52,7 +52,8 @@ def parser(description):
     return parser
 
 
-def main():
+def main(hook=lambda solver: None):
+    """hook: called with the solver before the loop (check.py)."""
     options = parser(__doc__)
     options.add_argument("model", choices=MODELS)
     options.add_argument("set", nargs="*", metavar="NAME=VALUE")
@@ -67,6 +68,7 @@ def main():
     solver = Solver(structure, model, given.linear, say=lambda text: print(text, flush=True))
     solver.say(f"{structure.nodes} nodes, {structure.pairs} pairs, {structure.straddling} of them on two of {comm.size} "
                f"ranks")
+    hook(solver)
     follow(solver, given.output, given.checkpoint_every, given.resume, given.fields_every, given.stop,
            given.name or given.model)
 
