@@ -151,7 +151,7 @@ def restart(model, arguments, whole, ranks):
 
 def killed(model, arguments, whole, ranks):
     """A rank is killed, or raises an exception, in the middle of a step: the run ends, and is resumed elsewhere."""
-    for kind, words in (("killed", ("KILLED BY SIGNAL: 9",)), ("exception", ("RuntimeError: an exception on one rank",))):
+    for kind, words in (("killed", ("BAD TERMINATION", "EXIT CODE: 9")), ("exception", ("RuntimeError: an exception on one rank",))):
         name = f"{model}-{kind}"
         (BUILD / f"{name}.h5").unlink(missing_ok=True)
         common = [model, *arguments, "--output", BUILD, "--name", name, "--checkpoint-every", 4]

@@ -19,6 +19,9 @@ TOLERANCE = 1e-8  # N, norm of the residual
 ITERATIONS = 20  # of one attempt
 LINE_SEARCHES = ("basic", "l2")  # the second when the first fails
 CUTS = 8
+# Set up once, for the first Jacobian, in which the contact sticks: slip costs some iterations more, far less than a set-up.
+MULTIGRID = {"snes_lag_preconditioner": -2, "snes_lag_preconditioner_persists": True,
+             "mg_levels_ksp_type": "richardson", "mg_levels_pc_type": "sor"}
 
 
 class NoEquilibrium(RuntimeError):
@@ -198,6 +201,10 @@ class Solver:
             ksp.setGMRESRestart(100)
             ksp.setTolerances(rtol=1e-6, max_it=500)
             ksp.getPC().setType("gamg")
+            options = PETSc.Options()
+            for option, value in MULTIGRID.items():
+                if not options.hasName(option):
+                    options[option] = value
         else:
             raise ValueError(f"linear = {linear!r}: direct or multigrid was expected")
         snes.setFromOptions()  # PETSC_OPTIONS win
