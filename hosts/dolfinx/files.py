@@ -5,15 +5,10 @@ import hashlib
 import json
 import os
 
-from mpi4py import MPI  # noqa: F401  (before dolfinx: it brings the MPI library)
-
-import dolfinx
 import h5py
 import numpy as np
-from petsc4py import PETSc
 
 from host import Step
-from structure import Structure
 
 
 def replace_file(file, write):
@@ -123,57 +118,68 @@ class Checkpoint:
 
 
 class Fields:
-    """XDMF with displacement, and on both nodes of every pair: contact status, pressure, slip, dissipated energy.
+    """XDMF with HDF5: displacement of all nodes, and on both nodes of every pair contact status (-1: no pair here),
+    pressure, slip, dissipated energy per area. `body` tells the bodies apart, so that one can be looked at alone.
 
-    Nodes without a pair have the status -1. The field `body` tells the bodies apart, so that one can be looked at."""
+    Rank 0 writes, in input numbers. One grid per step holds everything, which all readers of XDMF understand."""
 
-    SCALARS = ("contact_status", "pressure", "slip", "dissipation")
+    CONTACT = ("contact_status", "pressure", "slip", "dissipation")
 
     def __init__(self, file, solver):
-        self.solver, structure = solver, solver.structure
-        self._file = dolfinx.io.XDMFFile(solver.comm, str(file), "w")
-        self._file.write_mesh(structure.mesh)
-        self._write_body(structure)
-        self._displacement = dolfinx.fem.Function(structure.space, name="displacement")
-        self._six = dolfinx.fem.Function(structure.space)
-        scalar, self._places = structure.space.sub(0).collapse()
-        self._scalars = [dolfinx.fem.Function(scalar, name=name) for name in self.SCALARS]
+        self.solver, self.steps = solver, []
+        self.file, self.data = file, file.with_suffix(".fields.h5")
+        model = solver.model
         self._column = {name: solver.contact.column(name) for name in ("ContactStatus", "DissipatedEnergy")}
-
-    def _write_body(self, structure: Structure):
-        cells = structure.mesh.topology.original_cell_index
-        model = structure.model
-        number = structure.spread(cells, None if model.body is None else model.body[:, None].astype(float), 1)
-        body = dolfinx.fem.Function(dolfinx.fem.functionspace(structure.mesh, ("DG", 0)), name="body")
-        body.x.array[:len(cells)] = number.ravel()
-        body.x.scatter_forward()
-        self._file.write_function(body, 0.0)
+        if solver.comm.rank == 0:
+            self._nodes = [np.concatenate([getattr(p, side) for p in model.pairs]) for side in ("lower", "upper")]
+            with h5py.File(self.data, "w") as out:
+                out["points"], out["hexahedra"], out["body"] = model.points, model.hexahedra, model.body
 
     def write(self, number, step):
         """number: of the step."""
-        structure = self.solver.structure
+        structure, column = self.solver.structure, self._column
         u = structure.displacement(step.x, step.load[0])
-        own = 3 * len(structure.own_nodes)
-        self._displacement.x.array[:own] = u.array_r
-        self._displacement.x.scatter_forward()
-        self._file.write_function(self._displacement, number)
-        values = np.stack([
-            step.state[:, self._column["ContactStatus"]] + 1, -step.traction[:, 0],
-            np.linalg.norm(step.opening[:, 1:], axis=1), step.state[:, self._column["DissipatedEnergy"]],
+        own = np.stack([
+            step.state[:, column["ContactStatus"]], -step.traction[:, 0], np.linalg.norm(step.opening[:, 1:], axis=1),
+            step.state[:, column["DissipatedEnergy"]],
         ], axis=1)
-        for first in (0, 3):  # the scatter carries three numbers for each node
-            three = np.zeros((len(values), 3))
-            chosen = values[:, first:first + 3]
-            three[:, :chosen.shape[1]] = chosen
-            vector = structure.vector()
-            structure.from_pairs(np.stack([three, three], axis=1), vector, PETSc.InsertMode.INSERT)
-            self._six.x.array[:own] = vector.array_r
-            self._six.x.scatter_forward()
-            for component, function in enumerate(self._scalars[first:first + 3]):
-                function.x.array[:] = self._six.x.array[np.array(self._places) + component]
-                if function is self._scalars[0]:
-                    function.x.array[:] -= 1
-                self._file.write_function(function, number)
+        displacement = structure.gather(structure.own_nodes, u.array_r.reshape(-1, 3), structure.nodes)
+        contact = structure.gather(structure.own_pairs, own, structure.pairs)
+        if self.solver.comm.rank != 0:
+            return
+        with h5py.File(self.data, "a") as out:
+            group = out.create_group(str(number))
+            group["displacement"] = displacement
+            for name, values in zip(self.CONTACT, contact.T):
+                whole = np.full(structure.nodes, -1.0 if name == "contact_status" else 0.0)
+                for nodes in self._nodes:
+                    whole[nodes] = values
+                group[name] = whole
+        self.steps.append(number)
+        replace_file(self.file, lambda part: part.write_text(self._xml()))
 
-    def close(self):
-        self._file.close()
+    def _xml(self):
+        nodes, cells = self.solver.structure.nodes, len(self.solver.model.hexahedra)
+
+        def item(path, *size, kind="Float", precision=8):
+            return (f'<DataItem Format="HDF" NumberType="{kind}" Precision="{precision}" '
+                    f'Dimensions="{" ".join(map(str, size))}">{self.data.name}:/{path}</DataItem>')
+
+        lines = ['<?xml version="1.0"?>', '<Xdmf Version="3.0">', "<Domain>",
+                 '<Grid Name="steps" GridType="Collection" CollectionType="Temporal">']
+        for number in self.steps:
+            lines += [
+                '<Grid Name="bodies" GridType="Uniform">', f'<Time Value="{number}"/>',
+                f'<Topology TopologyType="Hexahedron" NumberOfElements="{cells}">',
+                item("hexahedra", cells, 8, kind="Int"), "</Topology>",
+                '<Geometry GeometryType="XYZ">', item("points", nodes, 3), "</Geometry>",
+                '<Attribute Name="body" AttributeType="Scalar" Center="Cell">', item("body", cells, kind="Int"),
+                "</Attribute>",
+                '<Attribute Name="displacement" AttributeType="Vector" Center="Node">',
+                item(f"{number}/displacement", nodes, 3), "</Attribute>",
+            ]
+            for name in self.CONTACT:
+                lines += [f'<Attribute Name="{name}" AttributeType="Scalar" Center="Node">',
+                          item(f"{number}/{name}", nodes), "</Attribute>"]
+            lines.append("</Grid>")
+        return "\n".join([*lines, "</Grid>", "</Domain>", "</Xdmf>", ""])

@@ -46,8 +46,6 @@ def follow(solver, folder, checkpoint_every=0, resume=False, fields_every=0, sto
             fields.write(number, now)
         if checkpoint_every and (number % checkpoint_every == 0 or number == last):
             checkpoint.write(number, now, rows)
-    if fields:
-        fields.close()
     if comm.rank == 0 and rows:
         write_table(folder / f"{name}.csv", rows)
     solver.say(f"{name}: {len(rows)} rows, {sum(row['iterations'] for row in rows):.0f} iterations, "

@@ -213,11 +213,11 @@ class Structure:
         self.scatter.end(u, self._of_pairs)
         return self._of_pairs.array_r.reshape(-1, 2, 3).copy()
 
-    def from_pairs(self, values, vector, mode=PETSc.InsertMode.ADD):
+    def from_pairs(self, forces, vector):
         """Adds forces on the nodes of the own pairs to a vector, also where another rank has the node."""
-        self._of_pairs.array = values.ravel()
-        self.scatter.begin(self._of_pairs, vector, mode, PETSc.ScatterMode.REVERSE)
-        self.scatter.end(self._of_pairs, vector, mode, PETSc.ScatterMode.REVERSE)
+        self._of_pairs.array = forces.ravel()
+        self.scatter.begin(self._of_pairs, vector, PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        self.scatter.end(self._of_pairs, vector, PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
 
     def assemble(self, blocks, matrix):
         """The Jacobian: elastic, and the blocks [pair, 6, 6] of the own pairs."""
