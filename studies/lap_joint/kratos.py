@@ -30,7 +30,8 @@ import matplotlib.pyplot as pyplot  # noqa: E402
 import numpy as np  # noqa: E402
 from condense import Moved, condense  # noqa: E402
 from contact import Contact, Law, Solver  # noqa: E402
-from joint import MESHES, POISSON, SEED, YOUNG, Case, bolt_force, build, supports  # noqa: E402
+from geometry import MESHES, POISSON, YOUNG, build, supports  # noqa: E402
+from joint import SEED, Case, bolt_force  # noqa: E402
 from kratos_joint import KratosJoint, versions  # noqa: E402
 from loops import ROOT, cycle, provenance, write_csv  # noqa: E402
 from tqdm import tqdm  # noqa: E402
