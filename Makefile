@@ -11,6 +11,12 @@ FC := gfortran
 CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
 FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none -ffpe-trap=zero,invalid
 XTASK := cargo xtask
+VERSION := $(shell packaging/version.sh)
+# The part of the version that stands for the C interface.
+INTERFACE := $(basename $(VERSION))
+
+PREFIX ?= /usr/local
+LIBDIR ?= lib
 
 C_SOURCES := $(wildcard c_driver/*.c)
 FORTRAN_MODULES := include/mepc.f90 $(addprefix fortran_driver/, \
@@ -34,10 +40,16 @@ setup-checks: ## the same for the checks (valgrind and the like)
 .PHONY: library
 library: ## build the shared and the static library
 	cargo build --release --package mepc
+	@# The name that linked programs ask for: see build.rs.
+	@ln -sf libmepc.so target/release/libmepc.so.$(INTERFACE)
 
 .PHONY: cli
 cli: ## build the tool: target/release/mepc
 	cargo build --release --package mepc-cli
+
+.PHONY: install
+install: library cli ## install into PREFIX (/usr/local), below DESTDIR where that is given
+	DESTDIR='$(DESTDIR)' packaging/install.sh target/release '$(PREFIX)' '$(LIBDIR)'
 
 .PHONY: drivers
 drivers: build/mepc_replay build/fric_replay build/module_demo ## build the C and the Fortran driver

@@ -2,16 +2,28 @@
 //!
 //! Every exported function runs inside `guard`, so that no panic leaves the library.
 
+// What the faces share is all there in every build; a build without some of them does not use all of it.
+#![cfg_attr(
+    not(all(feature = "abaqus", feature = "umat", feature = "mfront")),
+    allow(dead_code)
+)]
+
 mod components;
+#[cfg(feature = "abaqus")]
 pub mod fric;
 mod host;
 pub mod iwan;
+#[cfg(feature = "mfront")]
 pub mod mfront;
 pub mod native;
+#[cfg(feature = "abaqus")]
 mod standard;
+#[cfg(feature = "abaqus")]
 pub mod uinter;
+#[cfg(feature = "umat")]
 pub mod umat;
 mod user;
+#[cfg(feature = "abaqus")]
 pub mod vfric;
 
 use crate::error::{Error, Kind};
