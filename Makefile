@@ -51,6 +51,22 @@ cli: ## build the tool: target/release/mepc
 install: library cli ## install into PREFIX (/usr/local), below DESTDIR where that is given
 	DESTDIR='$(DESTDIR)' packaging/install.sh target/release '$(PREFIX)' '$(LIBDIR)'
 
+.PHONY: portable
+portable: ## library and tool for glibc 2.17 and newer, by zig from PyPI; checks what they need
+	packaging/portable.sh
+
+.PHONY: wheel
+wheel: portable ## dist/*.whl: the Python package for every Linux on x86-64 from glibc 2.17 on
+	packaging/wheel.sh target/x86_64-unknown-linux-gnu/release dist
+
+.PHONY: dist
+dist: wheel ## dist/*.tar.gz: the installed tree for the same machines, and the checksums of both
+	packaging/dist.sh
+
+.PHONY: cross-check
+cross-check: ## `cargo check` for Windows and macOS, where their targets are installed
+	packaging/cross_check.sh
+
 .PHONY: drivers
 drivers: build/mepc_replay build/fric_replay build/module_demo ## build the C and the Fortran driver
 
@@ -165,4 +181,4 @@ study-paper-size: library cli ## one loop on a mesh of the paper's size (2 cores
 
 .PHONY: clean
 clean: ## remove everything that was built
-	rm -rf build target
+	rm -rf build dist target python/mepc/include python/mepc/lib
