@@ -35,7 +35,7 @@ setup: ## install what the build needs and is missing (gfortran)
 
 .PHONY: setup-checks
 setup-checks: ## the same for the checks (valgrind and the like)
-	@scripts/setup.sh cc c++ gfortran nm valgrind
+	@scripts/setup.sh cc c++ gfortran nm valgrind cmake pkg-config python3
 
 .PHONY: library
 library: ## build the shared and the static library
@@ -100,6 +100,7 @@ test: setup-checks build check ## everything is checked
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
 	$(MAKE) memcheck
 	$(MAKE) abaqus
+	$(MAKE) downstream
 
 .PHONY: check
 check: library ## formatting, lints, and drift of generated files
@@ -136,6 +137,10 @@ build/librivals.so: benches/rivals.f90 Makefile
 .PHONY: abaqus
 abaqus: setup-checks library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
 	scripts/abaqus.sh
+
+.PHONY: downstream
+downstream: setup-checks library cli ## install, and build and run every kind of consumer against it (tests/downstream)
+	tests/downstream/run.sh
 
 .PHONY: hosts
 hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)

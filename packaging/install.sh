@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what was built: libraries with their links, headers, files for pkg-config and CMake, the tool with its manual
+# Installs what was built: libraries with their links, headers, files for pkg-config, CMake and fpm, the tool with its manual
 # pages and completions, licences. All of it may be moved afterwards.
 #
 #   packaging/install.sh BUILD PREFIX [LIBDIR]     e.g. target/release /usr/local lib
@@ -44,6 +44,8 @@ install -D -m 644 -t "$root/include" include/mepc.h include/mepc.f90
 fill mepc.pc "$lib/pkgconfig"
 fill mepcConfig.cmake "$lib/cmake/mepc"
 fill mepcConfigVersion.cmake "$lib/cmake/mepc"
+fill fpm.toml "$root/share/fpm/mepc"
+install -D -m 644 -t "$root/share/fpm/mepc/src" include/mepc.f90
 
 install -D -m 755 "$build/mepc" "$root/bin/mepc"
 install -d "$root/share/man/man1"
