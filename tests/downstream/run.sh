@@ -170,6 +170,12 @@ python_wheel() {
   "$work/venv/bin/python" -m pytest -q -p no:cacheprovider "$root/python/tests"
 }
 
+# Every program that the documentation shows.
+listings() {
+  MEPC_PREFIX=$prefix MEPC_CRATE=$work/mepc MEPC_TARGET=$work/target "$work/venv/bin/python" -m pytest -q \
+    -p no:cacheprovider "$here/test_listings.py"
+}
+
 step "install, below DESTDIR and moved" moved_prefix
 step "C, pkg-config, shared" c_shared
 step "C, pkg-config, static" c_static
@@ -182,4 +188,5 @@ step "Rust, the packaged crate" rust_crate
 step "C, static without the UMAT face" own_umat
 step "Python, the wheel" python_wheel
 step "Fortran, fpm" fortran_fpm
+step "the listings of the documentation" listings
 echo "$passed passed, 0 failed"
