@@ -7,8 +7,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("mepc", "mepc-cli")
-HEAD = """Crates that are linked into libmepc and the tool mepc, with the licences that their packages carry. The Rust standard
-library is linked in, too: MIT OR Apache-2.0, The Rust Project Contributors.
+HEAD = """Crates that are linked into libmepc and the tool mepc, with the licences that their packages carry. The Rust
+standard library is linked in, too: MIT OR Apache-2.0, The Rust Project Contributors.
 """
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Four things to see: a loop with its inner loops, a circle, a loop under a pulsing pressure, damping against amplitude.
+"""Four things to see: a loop with inner loops, a circle, a loop under a pulsing pressure, damping against amplitude.
 
     python gallery.py [DIRECTORY]     prints the numbers; with matplotlib it draws DIRECTORY/*.svg, too
 """

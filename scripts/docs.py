@@ -2,8 +2,8 @@
 
     scripts/docs.py MDBOOK        the program; the site is build/docs/html/index.html
 
-Pages keep their places (docs/.., hosts/..), so that a link means the same on the site and in the repository. A link to a
-directory is one to its README; other files that pages link to come along.
+Pages keep their places (docs/.., hosts/..), so that a link means the same on the site and in the repository. A link to
+a directory is one to its README; other files that pages link to come along.
 """
 
 import re
@@ -82,6 +82,10 @@ class Page(HTMLParser):
 def check():
     """Every link of the built site that leads to no file, or to no place in it."""
     read = {file: Page(file) for file in SITE.rglob("*.html")}
+
+    def names(file):
+        return read[file].names if file in read else ()
+
     wrong = set()
     for file, page in read.items():
         for link in page.links:
@@ -92,7 +96,7 @@ def check():
             target = (base / unquote(parts.path).lstrip("/")).resolve() if parts.path else file
             if target.is_dir():
                 target /= "index.html"
-            found = target.is_file() and (not parts.fragment or target not in read or parts.fragment in read[target].names)
+            found = target.is_file() and (not parts.fragment or parts.fragment in names(target))
             # 404.html is served from anywhere.
             if not found and file.name not in ("404.html", "print.html", "toc.html"):
                 wrong.add(f"{file.relative_to(SITE)}: {link}")

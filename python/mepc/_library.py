@@ -63,8 +63,8 @@ def find_tool() -> Path:
 
 _int32, _int64, _double, _pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
 
-# Result and arguments of every function, as in mepc.h. Arrays are passed by address: their lengths are checked where the
-# calls are made.
+# Result and arguments of every function, as in mepc.h. Arrays are passed by address: their lengths are checked where
+# the calls are made.
 _FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "mepc_version": (ctypes.c_char_p, []),
     "mepc_last_error": (ctypes.c_char_p, []),

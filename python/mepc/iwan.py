@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The improved four-parameter Iwan model of a joint: its forces, its parameters from a measured loop, and the contact law
-from measured loops."""
+"""The improved four-parameter Iwan model of a joint: its forces, its parameters from a measured loop, and the contact
+law from measured loops."""
 
 from __future__ import annotations
 
@@ -92,8 +92,8 @@ def identify(displacement: ArrayLike, force: ArrayLike, method: str = "least_squ
     """The four parameters of the joint model from a measured loop.
 
     Args:
-        displacement, force: [n] in the order of time, one or more cycles of one amplitude about any centre; reversals are
-            found, first loading is left out, noise is allowed.
+        displacement, force: [n] in the order of time, one or more cycles of one amplitude about any centre; reversals
+            are found, first loading is left out, noise is allowed.
         method: "least_squares" over all branches at once, or "paper", the paper's own procedure (rougher).
 
     Raises:
@@ -101,7 +101,8 @@ def identify(displacement: ArrayLike, force: ArrayLike, method: str = "least_squ
     """
     displacement, force = reals("displacement", displacement), reals("force", force)
     if displacement.ndim != 1 or displacement.shape != force.shape:
-        raise MepcError(f"displacement and force have the shapes {displacement.shape} and {force.shape}, expected [n] both", -4)
+        shapes = f"{displacement.shape} and {force.shape}"
+        raise MepcError(f"displacement and force have the shapes {shapes}, expected [n] both", -4)
     if method not in _METHODS:
         raise MepcError(f"method = {method!r}: must be one of {', '.join(map(repr, _METHODS))}", -4)
     params, errors, misfit = np.empty(4), np.empty(4), np.empty(1)

@@ -20,7 +20,7 @@ PROPERTIES = (
 )
 _METHODS = {"memory": 0.0, "penalty": 1.0, "lagrange": 2.0}
 _BACKBONES = {"power_law": 0.0, "segalman": 1.0}
-_FULL = "the memory of {} of {} points was full: the least important knot was dropped; a longer state (nstate) keeps more"
+_FULL = "the memory of {} of {} points was full: the least important knot went; a longer state (nstate) keeps more"
 
 
 class Update(NamedTuple):
@@ -59,8 +59,8 @@ class Law:
     """Friction with memory at contact points, for one set of properties.
 
     A law is immutable and may be shared by threads; what a contact remembers is in the states, which belong to the
-    caller. Any consistent set of units (mm, N, MPa): tractions and pressures are force per area, compression is positive
-    pressure. The names are those of the property table; 0 stands for the default of each.
+    caller. Any consistent set of units (mm, N, MPa): tractions and pressures are force per area, compression is
+    positive pressure. The names are those of the property table; 0 stands for the default of each.
 
     Args:
         mu: friction coefficient, >= 0.
@@ -271,7 +271,7 @@ class Law:
         bare = self._ndir == 1 and (slip.ndim == 1 or slip.shape[-1] != 1)
         axes: tuple[int, ...] = () if bare else (self._ndir,)
         if slip.ndim < 1 + len(axes) or (axes and slip.shape[-1] != self._ndir):
-            raise MepcError(f"slip has the shape {slip.shape}, expected [.., n, {self._ndir}] with one row an increment", -4)
+            raise MepcError(f"slip has the shape {slip.shape}, expected [.., n, {self._ndir}], a row an increment", -4)
         steps = slip.shape[: slip.ndim - len(axes)]
         lead, n = steps[:-1], steps[-1]
         pressure = reals("pressure", pressure, steps)
@@ -327,12 +327,13 @@ def _exact(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
 
 def _outputs(
     out: Update | Interface | None, shapes: Iterable[tuple[int, ...]], wanted: Iterable[bool], lead: tuple[int, ...]
-) -> tuple[list[np.ndarray | None], np.ndarray]:
-    """Arrays to be written, new ones or those of `out`, and the statuses."""
+) -> tuple[list[Any], np.ndarray]:
+    """Arrays to be written, new ones or those of `out` (None for those not wanted), and the statuses."""
     if out is None:
-        arrays = [np.empty(shape) if want else None for shape, want in zip(shapes, wanted)]
+        arrays: list[Any] = [np.empty(shape) if want else None for shape, want in zip(shapes, wanted)]
         return arrays, np.empty(lead, np.int32)
     arrays = []
+    array: Any
     for name, array, shape, want in zip(out._fields, out, shapes, wanted):
         if want:
             fits = isinstance(array, np.ndarray) and array.shape == shape and array.dtype == np.float64

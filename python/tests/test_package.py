@@ -43,10 +43,9 @@ def test_another_library_may_be_named():
 
 def test_gallery():
     gallery = runpy.run_path(str(GALLERY))
-    limit, gcr = gallery["LIMIT"], gallery["GCR"]
+    limit = gallery["LIMIT"]
     _, traction = gallery["loop"]()
     assert traction.max() == pytest.approx(limit, rel=1e-12) and traction.min() == pytest.approx(-limit, rel=1e-12)
-    # An inner loop closes: at -1.5 gcr nothing is left of what came before.
     slip, traction, dissipated = gallery["circle"]()
     radius = np.hypot(*traction[-100:].T)
     assert radius.max() / radius.min() < 1.01 and radius.max() < limit

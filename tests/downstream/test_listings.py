@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Every program in the pages of the documentation, compiled and run as a reader would, against the installed prefix.
 
-A block in one of the languages below is a whole program; those in Python go on from the block before on the same page. A
-block of text after it is what it prints. Lines that begin with "traction" are those of one small history, known from
+A block in one of the languages below is a whole program; those in Python go on from the block before on the same page.
+A block of text after it is what it prints. Lines that begin with "traction" are those of one small history, known from
 Masing's rules. MEPC_PREFIX: the prefix; MEPC_CRATE: the unpacked Rust crate; MEPC_TARGET: where cargo builds.
 """
 
