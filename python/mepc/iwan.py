@@ -11,12 +11,14 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._library import LIBRARY, MepcError, MepcWarning, address, checked, find_tool, reals
+
+if TYPE_CHECKING:  # NumPy 1.19 has no such module
+    from numpy.typing import ArrayLike
 
 _METHODS = {"least_squares": 0, "paper": 1}
 _NOT_DESCRIBED = 2
@@ -135,9 +137,11 @@ def calibrate(
     Raises:
         MepcError: the tool refused; the text is its own.
     """
+    if len(loops) != len(preloads):
+        raise MepcError(f"{len(loops)} loops and {len(preloads)} preloads, one is needed for each", -4)
     with tempfile.TemporaryDirectory(prefix="mepc-") as folder:
         command = [str(find_tool()), "calibrate", "--json", "--area", repr(float(area)), *options]
-        for number, (loop, preload) in enumerate(zip(loops, preloads, strict=True), 1):
+        for number, (loop, preload) in enumerate(zip(loops, preloads), 1):
             columns = np.column_stack([reals("displacement", loop[0]), reals("force", loop[1])])
             file = Path(folder) / f"loop-{number}.csv"
             np.savetxt(file, columns, fmt="%.17g", delimiter=",", header="displacement,force", comments="")

@@ -6,12 +6,14 @@ from __future__ import annotations
 import ctypes
 import warnings
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._library import LIBRARY, MepcError, MepcWarning, address, checked, reals
+
+if TYPE_CHECKING:  # NumPy 1.19 has no such module
+    from numpy.typing import ArrayLike
 
 #: Names of the properties, in the order of PROPS.
 PROPERTIES = (

@@ -83,5 +83,5 @@ def test_calibration_by_the_tool():
     assert abs(found["K_e"] / 2e5 - 1) < 0.1
     with pytest.raises(MepcError, match="area"):
         mepc.calibrate(loops, preloads, -1.0)
-    with pytest.raises(ValueError):
+    with pytest.raises(MepcError, match="3 loops and 2 preloads"):
         mepc.calibrate(loops, preloads[:2], area)
