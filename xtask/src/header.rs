@@ -21,8 +21,12 @@ pub fn run(root: &Path, check: bool) -> Result<()> {
     let text = String::from_utf8(text).context("cbindgen's output is not text")?;
     let file = Generated {
         path: root.join("include/mepc.h"),
-        // The heading is for Rust's tools; what stands under it is for a C caller too.
-        text: text.replace("\n # Safety\n", "\n"),
+        text: text
+            // The heading is for Rust's tools; what stands under it is for a C caller too.
+            .replace("\n # Safety\n", "\n")
+            // C89 knows no comments of this kind.
+            .replace("// extern \"C\"", "/* extern \"C\" */")
+            .replace("// __cplusplus", "/* __cplusplus */"),
     };
     settle(&[file], check, "cargo xtask header")?;
     println!(
