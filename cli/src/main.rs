@@ -6,6 +6,7 @@ mod deck;
 mod identify;
 mod loops;
 mod numbers;
+mod pictures;
 mod props;
 mod replay;
 mod table;
@@ -140,7 +141,8 @@ fn write(file: Option<&Path>, text: &str) -> anyhow::Result<()> {
     })
 }
 
-/// Refuses an output file that is one of the input files, or another output, by whatever name or link.
+/// Refuses an output file that is one of the input files, or another output, by whatever name or link; and a picture with
+/// the ending of another format.
 fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow::Result<()> {
     let identity = |file: &Path| std::fs::metadata(file).map(|data| (data.dev(), data.ino()));
     // A file that is still to be made is known by its directory.
@@ -174,6 +176,9 @@ fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow:
                 "{option}: {} is the file of {other}, which it would overwrite",
                 output.display()
             );
+        }
+        if option.ends_with("picture") {
+            pictures::check(option, output)?;
         }
     }
     Ok(())

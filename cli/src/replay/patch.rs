@@ -4,7 +4,8 @@
 //! spring: Newton with the law's consistent tangent, halving the way where the residual does not fall, halving the step
 //! where that does not help. Every trial starts from the states of the last accepted step.
 
-use super::{Common, Springs};
+use super::{Common, Replay, Springs, check_sign};
+use crate::pictures::Replayed;
 use crate::table::{Gaps, Rows, Table, check_time, csv_line};
 use anyhow::{Result, anyhow, bail};
 use mepc::state::Contact;
@@ -305,13 +306,11 @@ impl<'a, const N: usize> Patch<'a, N> {
     }
 }
 
-/// The output table, and how many updates had to forget a reversal.
-pub fn run(
-    patch: &Path,
-    history: &Path,
-    common: &Common,
-    springs: Springs,
-) -> Result<(String, usize)> {
+/// Replays the history.
+///
+/// # Errors
+/// Bad input, or no equilibrium.
+pub fn run(patch: &Path, history: &Path, common: &Common, springs: Springs) -> Result<Replay> {
     let history = Table::open(history)?;
     if history.has("displacement_2")? {
         replay::<2>(patch, history, common, springs)
@@ -355,7 +354,7 @@ fn replay<const N: usize>(
     history: Table,
     common: &Common,
     springs: Springs,
-) -> Result<(String, usize)> {
+) -> Result<Replay> {
     let mut columns = vec![history.find("time", "")?];
     for direction in 1..=N {
         columns.push(history.find(&format!("displacement_{direction}"), "")?);
@@ -375,6 +374,9 @@ fn replay<const N: usize>(
     check_time(time, &rows)?;
     let law = common.law::<N>()?;
     let points = read_points(patch)?;
+    let column = format!("{}: column pressure", patch.display());
+    check_sign(points.pressure.iter().copied(), &column)?;
+    let mut drawn = Replayed::new("displacement (mm)", "force (N)", "energy (N.mm)", N);
     let mut patch = Patch::new(&law, &points, springs)?;
 
     let numbered = |name: &str| -> String { (1..=N).map(|k| format!(",{name}_{k}")).collect() };
@@ -413,6 +415,13 @@ fn replay<const N: usize>(
             );
         }
         text += &csv_line(&values);
+        let force = patch.total_force();
+        let places = (0..N).map(|k| [target.displacement[k], force[k]]);
+        drawn.push(time[row], places, [patch.stored, patch.dissipated]);
     }
-    Ok((text, patch.forgotten))
+    Ok(Replay {
+        text,
+        forgotten: patch.forgotten,
+        drawn,
+    })
 }
