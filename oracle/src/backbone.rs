@@ -23,6 +23,15 @@ impl Backbone {
     /// The straight line of the standard penalty method.
     pub const PENALTY: Backbone = Backbone::Power { chi: 1.0 };
 
+    /// chi of the power law: a critical slip that follows the limit goes with its 1/chi-th power. Segalman's curve is not
+    /// self-similar: infinite, which is a constant critical slip.
+    pub fn exponent(self) -> f64 {
+        match self {
+            Backbone::Power { chi } => chi,
+            Backbone::Segalman { .. } => f64::INFINITY,
+        }
+    }
+
     /// Traction f(s), s >= 0.
     pub fn traction(self, s: f64) -> f64 {
         if s >= 1.0 {
