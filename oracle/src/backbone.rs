@@ -74,6 +74,16 @@ impl Backbone {
             return self.work(1.0) + s - 1.0;
         }
         match self {
+            Backbone::Power { chi } if s < 0.1 => {
+                // The same as a binomial series: the closed form cancels here.
+                let (mut term, mut sum, mut j) = (-s, 0.0, 1.0);
+                while f64::abs(term) > 1e-18 * f64::abs(sum) {
+                    term *= -s * (chi + 1.0 - j) / (j + 1.0);
+                    sum += term;
+                    j += 1.0;
+                }
+                sum
+            }
             Backbone::Power { chi } => s - (1.0 - (1.0 - s).powf(chi + 1.0)) / (chi + 1.0),
             Backbone::Segalman { c, beta } => {
                 ((1.0 + beta) * (c + 2.0) * s * s / 2.0 - s.powf(c + 3.0) / (c + 3.0))
@@ -151,6 +161,18 @@ mod tests {
                     b.loss(s)
                 );
             }
+        }
+    }
+
+    /// The series at small slip and the closed form are one function.
+    #[test]
+    fn work_of_small_slips() {
+        for chi in [1.0, 1.2, 2.0, 2.5, 3.7, 60.0] {
+            let b = Backbone::Power { chi };
+            let closed = 0.1 - (1.0 - 0.9f64.powf(chi + 1.0)) / (chi + 1.0);
+            assert!((b.work(0.1 - 1e-16) - closed).abs() < 1e-15, "{chi}");
+            assert!((b.work(1e-9) / (chi * 0.5e-18) - 1.0).abs() < 1e-6, "{chi}");
+            assert_eq!(b.work(0.0), 0.0);
         }
     }
 

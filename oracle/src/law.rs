@@ -44,6 +44,8 @@ pub struct Law {
     pub room: usize,
     /// eta: how fine a turning path is kept.
     pub resolution: f64,
+    /// An element this near to its limit, relative, is on it: 1e-6 where the path turns; along a line nothing asks for it.
+    pub near: f64,
 }
 
 /// What a point remembers.
@@ -168,7 +170,7 @@ impl Law {
         let growth = critical - before;
         let mut forgotten: f64 = 0.0;
         // 0. A new branch with no room for it: the least important knot goes first, so that one step and many agree.
-        if start.len() == self.room && on_cone(&start[0]) && dot(start[0].u, d) < 0.0 {
+        if start.len() == self.room && on_cone(&start[0], 1e-6) && dot(start[0].u, d) < 0.0 {
             let weight = |k: usize| {
                 let below = if k > 0 { start[k - 1] } else { APEX };
                 old_curve.importance(below, start[k], start[k + 1])
@@ -193,12 +195,12 @@ impl Law {
             let (below, above) = (if died > 0 { start[died - 1] } else { APEX }, start[died]);
             let part = (depth - below.r) / (above.r - below.r);
             let cut = Knot { r: depth, u: mix(below.u, above.u, part) };
-            let apex_was = on_cone(&above) && (died == 0 || on_cone(&below));
+            let apex_was = on_cone(&above, self.near) && (died == 0 || on_cone(&below, self.near));
             trial.push(Trial { r: 0.0, v: add(cut.u, d), was: apex_was });
             let gone: Vec<Knot> = start.drain(..died).chain([cut]).collect();
             dead = limit_ratio * died_with(&old_curve, &gone, d);
         }
-        trial.extend(start.iter().map(|knot| Trial { r: knot.r + growth, v: add(knot.u, d), was: on_cone(knot) }));
+        trial.extend(start.iter().map(|knot| Trial { r: knot.r + growth, v: add(knot.u, d), was: on_cone(knot, self.near) }));
         let last = trial.len() - 1;
         trial[last].r = critical;
 
@@ -324,13 +326,18 @@ impl Law {
                     if k > 0 {
                         moved.change[i][j] += (below - above) * node.du[i][j];
                     }
-                    moved.change[i][j] += moving * node.dx[j];
+                    // At rest the derivative by G is that of a rising limit: nothing moves.
+                    if k > 0 || growth != 0.0 || slips[0] {
+                        moved.change[i][j] += moving * node.dx[j];
+                    }
                 }
             }
         }
-        if d == [0.0; 2] && growth == 0.0 {
-            // At rest everything sticks, and the smallest slip reaches no knot.
-            moved.change = [[curve.slope(0.0), 0.0, 0.0], [0.0, curve.slope(0.0), 0.0]];
+        if growth <= 0.0 && !slips[0] {
+            // The apex has not been moved: the smallest slip makes a front there.
+            for i in 0..2 {
+                moved.change[i][i] += curve.slope(0.0) - secants[1];
+            }
         }
         moved.status = match outermost {
             Some(_) if gross => Status::GrossSlip,
@@ -551,7 +558,8 @@ impl Path {
             end.excess = excess.max(0.0);
             end.share = if excess > 0.0 {
                 let late = 2.0 * m * m * length * turned / ((12.0 + kap * length * m / limit) * excess);
-                (m - late).max(0.0)
+                // 2 int (1 - s) lam / int lam over a slip that lasts m.
+                (m - late).clamp(0.0, 2.0 * m)
             } else {
                 0.0
             };
@@ -747,8 +755,8 @@ fn died_with(curve: &Curve, gone: &[Knot], d: Plane) -> f64 {
     depth / 2.0 * (curve.squares(&points) - dot(a, b) * curve.slope(r))
 }
 
-fn on_cone(knot: &Knot) -> bool {
-    dot(knot.u, knot.u) >= knot.r * knot.r * (1.0 - 2e-6)
+fn on_cone(knot: &Knot, near: f64) -> bool {
+    dot(knot.u, knot.u) >= knot.r * knot.r * (1.0 - 2.0 * near)
 }
 
 fn dot(a: Plane, b: Plane) -> f64 {
