@@ -172,7 +172,8 @@ impl<const N: usize> Law<N> {
         state1: &mut [f64],
     ) -> Result<Response<N>, Error> {
         self.check_end(state1)?;
-        let (mut start, mut end) = (Start::new(), End::default());
+        let mut start = Start::new();
+        let mut end = End::new();
         self.read(state0, &mut start)?;
         let response =
             self.friction_from(&mut start, gcr, slip_increment, pressure, mu_factor, &mut end)?;
@@ -195,7 +196,8 @@ impl<const N: usize> Law<N> {
         state1: &mut [f64],
     ) -> Result<InterfaceResponse<N>, Error> {
         self.check_end(state1)?;
-        let (mut start, mut end) = (Start::new(), End::default());
+        let mut start = Start::new();
+        let mut end = End::new();
         self.read(state0, &mut start)?;
         let response =
             self.interface_from(&mut start, gcr, normal, tangential, mu_factor, &mut end)?;
@@ -630,7 +632,7 @@ pub(crate) fn check_pressure(pressure: f64) -> Result<(), Error> {
 }
 
 #[inline(always)]
-fn check_factor(factor: f64) -> Result<(), Error> {
+pub(crate) fn check_factor(factor: f64) -> Result<(), Error> {
     if within(factor, SQUARED) && factor >= 0.0 {
         return Ok(());
     }

@@ -22,8 +22,8 @@
 
 pub mod backbone;
 mod error;
-//#[allow(unsafe_code)]
-//pub mod ffi;
+#[allow(unsafe_code)]
+pub mod ffi;
 pub mod iwan;
 mod lagrange;
 mod law;

@@ -100,12 +100,23 @@ pub struct Knot<const N: usize> {
 pub type Knots<const N: usize> = ArrayVec<Knot<N>, { MAX_KNOTS + 2 }>;
 
 /// The end of an increment, not yet written.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct End<const N: usize> {
     /// The first numbers.
     pub header: Header,
     /// The curve; empty when open, or when the limit is 0.
     pub knots: Knots<N>,
+}
+
+impl<const N: usize> End<N> {
+    /// A place for the end of an increment.
+    #[inline(always)]
+    pub fn new() -> Self {
+        End {
+            header: Header::default(),
+            knots: Knots::new(),
+        }
+    }
 }
 
 /// How a state of a given length is divided.

@@ -154,35 +154,16 @@ impl<const N: usize> Halves<N> {
         let y = square.sqrt();
         let z = r / (1.0 + y);
         let zz = z * z;
-        // Two interleaved Horner schemes in y^2: a shorter chain of results that wait for each other.
-        let polynomial = |c: &[f64; MOST_HALVES + 3], degree: usize| {
-            let (mut even, mut odd) = (0.0, 0.0);
-            let mut k = degree + 1;
-            while k > 0 {
-                k -= 1;
-                if k % 2 == 0 {
-                    even = even * square + c[k];
-                } else {
-                    odd = odd * square + c[k];
-                }
-            }
-            even + y * odd
-        };
-        let mut power = if N % 2 == 1 { y } else { 1.0 };
-        for _ in 0..(N - 1) / 2 - (N % 2 == 1) as usize {
-            power *= square;
-        }
         // (1 - r)^(chi - 1) = y^(N - 2)
-        let slope = match N {
-            2 => 1.0,
-            3 => y,
-            _ => power,
-        };
+        let mut slope = if N % 2 == 1 { y } else { 1.0 };
+        for _ in 0..(N - 2) / 2 {
+            slope *= square;
+        }
         Values {
-            f: z * polynomial(&Self::F, N - 1),
+            f: z * polynomial(&Self::F, N - 1, y, square),
             slope: 0.5 * N as f64 * slope,
-            integral: zz * polynomial(&Self::INTEGRAL, N),
-            loss: zz * z * polynomial(&Self::LOSS, N - 1),
+            integral: zz * polynomial(&Self::INTEGRAL, N, y, square),
+            loss: zz * z * polynomial(&Self::LOSS, N - 1, y, square),
         }
     }
 
@@ -190,6 +171,18 @@ impl<const N: usize> Halves<N> {
     fn out_of_line(r: f64) -> Values {
         Self::at(r)
     }
+}
+
+/// sum c_k y^k up to `degree`, as two interleaved Horner schemes in y^2: a shorter chain of results that wait for each
+/// other.
+#[inline(always)]
+fn polynomial(c: &[f64; MOST_HALVES + 3], degree: usize, y: f64, square: f64) -> f64 {
+    let (mut even, mut odd) = (0.0, 0.0);
+    for k in (0..=degree / 2).rev() {
+        even = even * square + c[2 * k];
+        odd = odd * square + c[2 * k + 1];
+    }
+    even + y * odd
 }
 
 impl Backbone for PowerLaw {

@@ -48,7 +48,8 @@ pub fn step<B: Backbone>(
     let (mut apex, mut dead, mut first) = (d, 0.0, 0);
     if growth > 0.0 {
         // The old apex: below it, the elements born on the way lie on a straight line.
-        (apex, trial) = (0.0, [Knot { r: growth, u: [d] }].into_iter().collect());
+        apex = 0.0;
+        trial.push(Knot { r: growth, u: [d] });
     } else if growth < 0.0 {
         let died = Died::new(start, -growth);
         (apex, first) = (died.cut + d, died.count);
@@ -159,8 +160,8 @@ pub fn step<B: Backbone>(
         end.push(*knot);
     }
 
-    // 6. When they are too many the least important goes, the front and the old apex never.
-    let kept = usize::from(slipping > 0 || over > 0.0 || growth > 0.0);
+    // 6. When they are too many the least important goes, the front never.
+    let kept = usize::from(slipping > 0 || over > 0.0);
     while end.len() > increment.room {
         outcome.forgotten = outcome.forgotten.max(forget_least(&curve, end, kept));
     }

@@ -147,7 +147,8 @@ pub fn step<B: Backbone>(
     }
 
     // 1. Trial: every element moves by d, every limit by the growth De. 2. What is outside the cone slips.
-    let mut trial = Trial::new(&path, start, increment);
+    let mut trial = Trial::default();
+    trial.fill(&path, start, increment);
     let dead = if path.growth < 0.0 {
         trial.dissipation_of_dead(&path, &backbone.over(increment.before), start) * increment.limit_ratio
     } else {
@@ -165,11 +166,13 @@ pub fn step<B: Backbone>(
     }
 
     // 4. and 5. From the apex outwards: fronts, the return onto the cone, middles where the direction turns.
-    let nodes = trial.knots.iter().zip(&trial.slips).zip(&trial.was);
-    let nodes: ArrayVec<Node, TRIAL> = nodes
-        .map(|((knot, &slips), &was)| path.node(&curve, knot.r, knot.u.into(), slips, was && slips))
-        .collect();
-    let mut walk = Walk::new(&path, &curve, tolerance, nodes.len(), path.apex(&curve, &trial));
+    let mut nodes = ArrayVec::<Node, TRIAL>::new();
+    for ((knot, &slips), &was) in trial.knots.iter().zip(&trial.slips).zip(&trial.was) {
+        nodes.push(path.node(&curve, knot.r, knot.u.into(), slips, was && slips));
+    }
+    let mut kept = ArrayVec::new();
+    let apex = path.apex(&curve, &trial);
+    let mut walk = Walk::new(&path, &curve, &mut kept, tolerance, nodes.len(), apex);
     for index in 1..nodes.len() {
         let (below, slips) = (trial.slips[index - 1], trial.slips[index]);
         let segment = Segment::new(&trial.knots[index - 1], &trial.knots[index]);
@@ -569,6 +572,7 @@ impl Segment {
 const TRIAL: usize = MAX_KNOTS + 2;
 
 /// The curve after the trial, from the apex on.
+#[derive(Default)]
 struct Trial {
     /// Slip limits and trial deflections.
     knots: ArrayVec<Knot<2>, TRIAL>,
@@ -583,44 +587,36 @@ struct Trial {
 }
 
 impl Trial {
+    // Filled in place: thousands of bytes that travel by value cost more than the update.
     #[inline(always)]
-    fn new(path: &Path, start: &Knots<2>, increment: &Increment<2>) -> Self {
+    fn fill(&mut self, path: &Path, start: &Knots<2>, increment: &Increment<2>) {
         let (d, growth) = (path.d, path.growth);
-        let mut trial = Trial {
-            knots: ArrayVec::new(),
-            was: ArrayVec::new(),
-            slips: ArrayVec::new(),
-            top: 0.0,
-            died: 0,
-            cut: V::zeros(),
-        };
         if growth > 0.0 {
             // The old apex: below it, the elements born on the way lie on a straight line.
-            trial.push(0.0, V::zeros(), true);
-            trial.push(growth, d, true);
+            self.push(0.0, V::zeros(), true);
+            self.push(growth, d, true);
         } else if growth < 0.0 {
             let depth = -growth;
             let mut below = Knot { r: 0.0, u: [0.0; 2] };
-            while trial.died + 1 < start.len() && start[trial.died].r <= depth {
-                below = start[trial.died];
-                trial.died += 1;
+            while self.died + 1 < start.len() && start[self.died].r <= depth {
+                below = start[self.died];
+                self.died += 1;
             }
-            let above = &start[trial.died];
+            let above = &start[self.died];
             let part = (depth - below.r) / (above.r - below.r);
-            trial.cut = V::from(below.u) * (1.0 - part) + V::from(above.u) * part;
-            let was = on_cone(above) && (trial.died == 0 || on_cone(&below));
-            trial.push(0.0, trial.cut + d, was);
+            self.cut = V::from(below.u) * (1.0 - part) + V::from(above.u) * part;
+            let was = on_cone(above) && (self.died == 0 || on_cone(&below));
+            self.push(0.0, self.cut + d, was);
         } else {
-            trial.push(0.0, d, true);
+            self.push(0.0, d, true);
         }
-        for knot in &start[trial.died..] {
-            trial.push(knot.r + growth, V::from(knot.u) + d, on_cone(knot));
+        for knot in &start[self.died..] {
+            self.push(knot.r + growth, V::from(knot.u) + d, on_cone(knot));
         }
         // The end of the curve is exact.
-        if let [.., last] = &mut trial.knots[1..] {
+        if let [.., last] = &mut self.knots[1..] {
             last.r = increment.critical;
         }
-        trial
     }
 
     #[inline(always)]
@@ -727,7 +723,7 @@ struct Walk<'a, B> {
     last: Node,
     secant: f64,
     slope: V,
-    kept: ArrayVec<Kept, NODES>,
+    kept: &'a mut ArrayVec<Kept, NODES>,
     /// Eqs. (1) and (2), over T.
     traction: V,
     stored: f64,
@@ -742,7 +738,14 @@ struct Walk<'a, B> {
 
 impl<'a, B: Backbone> Walk<'a, B> {
     #[inline(always)]
-    fn new(path: &'a Path, curve: &'a Over<'a, B>, tolerance: f64, trial: usize, apex: Node) -> Self {
+    fn new(
+        path: &'a Path,
+        curve: &'a Over<'a, B>,
+        kept: &'a mut ArrayVec<Kept, NODES>,
+        tolerance: f64,
+        trial: usize,
+        apex: Node,
+    ) -> Self {
         Walk {
             path,
             curve,
@@ -753,7 +756,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
             last: apex,
             secant: 0.0,
             slope: V::zeros(),
-            kept: ArrayVec::new(),
+            kept,
             traction: V::zeros(),
             stored: 0.0,
             work: 0.0,
@@ -871,6 +874,10 @@ impl<'a, B: Backbone> Walk<'a, B> {
                 }
                 // The place moves along the curve. Without any increment the apex does not: the side of a rising limit.
                 let at_rest = first && self.path.growth == 0.0 && node.kind == Kind::Stick;
+                if first && self.path.growth <= 0.0 && node.kind == Kind::Stick {
+                    // Nothing slips: the elements below the first knot stick, too.
+                    self.sticking += node.at.slope - secant;
+                }
                 if !at_rest {
                     let below = if first { V::zeros() } else { self.slope * (self.secant - node.at.slope) };
                     let along = below + slope * (node.at.slope - secant);
@@ -906,7 +913,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
     fn forget(&mut self, room: usize, end: &mut Knots<2>) -> f64 {
         let critical = self.path.critical;
         let tolerance = 0.25 * self.tolerance;
-        let kept = &mut self.kept;
+        let kept = &mut *self.kept;
         let mut importance = ArrayVec::<f64, NODES>::new();
         let mut needless = false;
         for k in 0..kept.len() {

@@ -80,12 +80,13 @@ fn of_point(case: &Case, method: Method, history: &Table) -> Result<Expected> {
     }
     let most = pressure.iter().copied().fold(0.0, f64::max);
     let mut elements = Elements::new(case, chi, gcr, most);
+    let parts = if chi == 1.0 { PARTS_OF_ONE } else { PARTS };
     let (mut at, mut before) = ([0.0; 2], 0.0);
     let step = |k: usize| {
         let next = [slip[k], across.map_or(0.0, |s| s[k])];
-        let d = [next[0] - at[0], next[1] - at[1]].map(|d| d / PARTS as f64);
-        for part in 1..=PARTS {
-            let share = part as f64 / PARTS as f64;
+        let d = [next[0] - at[0], next[1] - at[1]].map(|d| d / parts as f64);
+        for part in 1..=parts {
+            let share = part as f64 / parts as f64;
             // A contact that opens or closes does so with the whole pressure.
             let p = match before > 0.0 && pressure[k] > 0.0 {
                 true => before + (pressure[k] - before) * share,

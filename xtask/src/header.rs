@@ -19,8 +19,12 @@ pub fn run(root: &Path, check: bool) -> Result<()> {
         .context("cbindgen")?
         .write(&mut text);
     let text = String::from_utf8(text).context("cbindgen's output is not text")?;
-    // The heading is for Rust's tools; what stands under it is for a C caller too.
-    let text = text.replace("\n # Safety\n", "\n");
+    let text = text
+        // The heading is for Rust's tools; what stands under it is for a C caller too.
+        .replace("\n # Safety\n", "\n")
+        // C89 knows no comments of this kind.
+        .replace("// extern \"C\"", "/* extern \"C\" */")
+        .replace("// __cplusplus", "/* __cplusplus */");
     settle(
         &root.join("include/mepc.h"),
         &text,
