@@ -37,17 +37,15 @@ class Case:
     gcr: float = 2.68e-3  # elastic slip: .4 % of a contact length of .67 mm
     chi: float = 2.5
     kn: float = 3e5  # N/mm3
-    pressure_rule: int = 0
-    base_knots: int = 16
+    reference_pressure: float = 0.0  # MPa; 0 is the proportional rule, the paper's
     quarter: int = 16  # increments of a quarter cycle, of 80 in all
 
     def laws(self, pairs):
         """The library's law for each pair. Preload and opening history make the rest."""
         def law(method, chi):
             numbers = {"memory": 0, "penalty": 1, "Lagrange": 2}
-            fraction, gap = 0.005, 0.0  # not used here
-            return Law([self.mu, self.gcr, chi, numbers[method], self.pressure_rule, fraction, self.kn, gap,
-                        self.base_knots])
+            fraction = 0.0  # not used here
+            return Law([self.mu, self.gcr, chi, numbers[method], self.reference_pressure, fraction, self.kn])
 
         plates, others = law(self.method, self.chi if self.method == "memory" else 1.0), law("penalty", 1.0)
         return {pair.name: plates if pair.name == "plate-plate" else others for pair in pairs}

@@ -49,7 +49,7 @@ def properties(pairs, interference, memory=("plate-plate",)):
         chi, method = (CASE.chi, 0) if name in memory else (1, 1)
         gap = -SEED - (interference if name == "head-washer" else 0)
         return [float(value) for value in (
-            CASE.mu, CASE.gcr, chi, method, CASE.pressure_rule, 0.005, CASE.kn, gap, CASE.base_knots, 0, 0, 0)]
+            CASE.mu, CASE.gcr, chi, method, CASE.reference_pressure, 0, CASE.kn, gap, *12 * [0])]
 
     return {pair.name: law(pair.name) for pair in pairs}
 
