@@ -1,7 +1,7 @@
 //! Backbone curves: the traction of first loading, normalised.
 //!
 //! A backbone f(r) rises from f(0) = 0 to f(1) = 1 and is concave; slip is counted in critical slips and
-//! traction in mu p. Seen as parallel slip elements (Iwan 1966), -f'' is the stiffness density of the
+//! traction in limit tractions. Seen as parallel slip elements (Iwan 1966), -f'' is the stiffness density of the
 //! elements whose slip limit is r, and a jump of f' at r = 1 is one more element there.
 //!
 //! A new backbone is one new file that implements [`Backbone`], an entry in [`Choice`] (the compiler then names the
@@ -22,7 +22,7 @@ pub struct Values {
     pub slope: f64,
     /// F, the integral of f from 0 to r.
     pub integral: f64,
-    /// G = 2 F - r f: a closed cycle of amplitude r <= 1 dissipates 4 G(r).
+    /// L = 2 F - r f: a closed cycle of amplitude r <= 1 dissipates 4 L(r). L' = f - r f'.
     pub loss: f64,
 }
 
@@ -34,17 +34,61 @@ pub trait Backbone {
     /// f'(0), the sticking stiffness.
     fn initial_slope(&self) -> f64;
 
-    /// Knot k = 0..=count of the base grid: equal parts of the integral of sqrt(-f''), which spreads
-    /// the interpolation error of a curved slip path evenly. 0 for k = 0 and 1 for k = count.
-    fn grid(&self, k: usize, count: usize) -> f64;
+    /// The backbone over slip limits R = r G, for a curve that ends at G.
+    #[inline(always)]
+    fn over(&self, critical: f64) -> Over<'_, Self>
+    where
+        Self: Sized,
+    {
+        Over {
+            backbone: self,
+            critical,
+            inverse: 1.0 / critical,
+        }
+    }
 
-    /// A quarter of the energy that a closed cycle of amplitude a dissipates: G(a), and beyond gross slip a straight line.
+    /// A quarter of the energy that a closed cycle of amplitude a dissipates: L(a), and beyond gross slip a straight line.
     fn cycle_loss(&self, a: f64) -> f64 {
         if a <= 1.0 {
             self.at(a).loss
         } else {
             a - 2.0 * (1.0 - self.at(1.0).integral)
         }
+    }
+}
+
+/// A backbone over slip limits R, lengths, up to the critical slip G: f and L' are numbers, f' is per length, F and L
+/// are lengths.
+#[derive(Clone, Copy, Debug)]
+pub struct Over<'a, B> {
+    backbone: &'a B,
+    /// G.
+    critical: f64,
+    inverse: f64,
+}
+
+impl<B: Backbone> Over<'_, B> {
+    /// f(R/G), df/dR, and the integrals over R.
+    #[inline(always)]
+    pub fn at(&self, limit: f64) -> Values {
+        let Values {
+            f,
+            slope,
+            integral,
+            loss,
+        } = self.backbone.at((limit * self.inverse).min(1.0));
+        Values {
+            f,
+            slope: slope * self.inverse,
+            integral: integral * self.critical,
+            loss: loss * self.critical,
+        }
+    }
+
+    /// df/dR at R = 0.
+    #[inline(always)]
+    pub fn initial_slope(&self) -> f64 {
+        self.backbone.initial_slope() * self.inverse
     }
 }
 
@@ -55,4 +99,14 @@ pub enum Choice {
     PowerLaw(PowerLaw),
     /// Segalman's four-parameter Iwan model (PROPS 10 = 1).
     Segalman(Segalman),
+}
+
+impl Choice {
+    /// f'(0), the sticking stiffness.
+    pub fn initial_slope(&self) -> f64 {
+        match self {
+            Choice::PowerLaw(curve) => curve.initial_slope(),
+            Choice::Segalman(curve) => curve.initial_slope(),
+        }
+    }
 }

@@ -8,21 +8,21 @@
     allow(dead_code)
 )]
 
+mod arguments;
 mod components;
 #[cfg(feature = "abaqus")]
 pub mod fric;
-mod host;
 pub mod iwan;
+mod laws;
+mod messages;
 #[cfg(feature = "mfront")]
 pub mod mfront;
 pub mod native;
-#[cfg(feature = "abaqus")]
-mod standard;
+mod refusal;
 #[cfg(feature = "abaqus")]
 pub mod uinter;
 #[cfg(feature = "umat")]
 pub mod umat;
-mod user;
 #[cfg(feature = "abaqus")]
 pub mod vfric;
 
@@ -37,11 +37,9 @@ pub(crate) fn guard<T>(body: impl FnOnce() -> Result<T, Error>) -> Result<T, Err
 
 #[cold]
 fn caught(payload: &(dyn Any + Send)) -> Error {
-    let text = payload
-        .downcast_ref::<&str>()
-        .copied()
-        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
-        .unwrap_or("panic without a message");
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_string());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    let text = text.unwrap_or_else(|| "panic without a message".to_string());
     Error::new(Kind::Internal, text)
 }
 
@@ -54,7 +52,7 @@ mod tests {
         let words = |outcome: Result<(), Error>| {
             let error = outcome.expect_err("a panic");
             assert_eq!(error.kind, Kind::Internal);
-            error.message
+            error.expected.to_string()
         };
         assert_eq!(words(guard(|| panic!("a str"))), "a str");
         assert_eq!(words(guard(|| panic!("a {}", "String"))), "a String");

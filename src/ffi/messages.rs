@@ -1,6 +1,6 @@
 //! Messages to the user of a host program: through its own routine where it has one, else on standard error.
 
-use crate::error::{Error, Kind};
+use crate::error::{Error, Value};
 use libc::{c_char, c_double, c_int, c_void};
 use std::collections::BTreeSet;
 use std::ffi::CStr;
@@ -49,31 +49,49 @@ pub(super) struct Place<'a> {
     pub increment: i32,
 }
 
-/// Whether the user has not been told of this cause at this contact yet. Only messages depend on it.
-fn is_news(contact: &str, error: &Error) -> bool {
-    static TOLD: Mutex<BTreeSet<(String, Kind, String)>> = Mutex::new(BTreeSet::new());
-    let key = (contact.to_string(), error.kind, error.cause().to_string());
+/// What a host calls an argument of the library, and the number in it that is meant.
+pub(super) type HostName<'a> = &'a dyn Fn(&str, Option<usize>) -> Option<String>;
+
+/// Whether the user has not been told of this cause at this contact yet: the number in the message does not count, nor
+/// the point it was met at. Only messages depend on it.
+fn is_news(contact: &str, error: &Error, host_name: HostName) -> bool {
+    static TOLD: Mutex<BTreeSet<(String, String)>> = Mutex::new(BTreeSet::new());
+    let mut cause = error.clone();
+    cause.value = Value::None;
+    cause.at.clear();
+    if !cause.argument.is_empty() {
+        cause.expected = "".into();
+    }
+    let key = (contact.to_string(), cause.words(host_name));
     let mut told = TOLD.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     told.len() < MOST_CAUSES && told.insert(key)
 }
 
 /// Tells the user, once per cause, where the host says nothing of the place and may keep the message to itself.
 #[cold]
-pub(super) fn note(routine: &str, error: &Error) {
-    if is_news(routine, error) {
-        tell(&format!("mepc {routine}: {error}"), Severity::Error);
+pub(super) fn note(routine: &str, error: &Error, host_name: HostName) {
+    if is_news(routine, error, host_name) {
+        tell(
+            &format!("mepc {routine}: {}", error.words(host_name)),
+            Severity::Error,
+        );
     }
 }
 
 /// Tells the user, once per cause and contact name.
 #[cold]
-pub(super) fn report(place: &Place<'_>, severity: Severity, error: &Error) {
-    if !is_news(place.contact, error) {
+pub(super) fn report(place: &Place<'_>, severity: Severity, error: &Error, host_name: HostName) {
+    if !is_news(place.contact, error, host_name) {
         return;
     }
     let text = format!(
-        "mepc {}: contact {}, node {}, step {}, increment {}: {error}",
-        place.routine, place.contact, place.node, place.step, place.increment
+        "mepc {}: contact {}, node {}, step {}, increment {}: {}",
+        place.routine,
+        place.contact,
+        place.node,
+        place.step,
+        place.increment,
+        error.words(host_name)
     );
     tell(&text, severity);
 }
