@@ -14,6 +14,8 @@
 
 mod backbone;
 pub mod closed;
+pub mod law;
+pub mod limit;
 pub mod masing;
 mod quadrature;
 pub mod spring;
@@ -22,9 +24,10 @@ pub mod twin;
 pub use backbone::Backbone;
 
 /// Contact status as the library numbers it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Status {
     /// No contact, or never closed.
+    #[default]
     Open = 0,
     /// No element, or next to none, slides.
     Stick = 1,
