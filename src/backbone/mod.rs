@@ -26,10 +26,16 @@ pub struct Values {
     pub loss: f64,
 }
 
+/// The largest r below the end.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
 /// What the memory curve needs to know of a backbone.
 pub trait Backbone {
     /// The backbone and its integrals at r in [0, 1].
     fn at(&self, r: f64) -> Values;
+
+    /// The same at r = 1.
+    fn end(&self) -> Values;
 
     /// f'(0), the sticking stiffness.
     fn initial_slope(&self) -> f64;
@@ -52,7 +58,7 @@ pub trait Backbone {
         if a <= 1.0 {
             self.at(a).loss
         } else {
-            a - 2.0 * (1.0 - self.at(1.0).integral)
+            a - 2.0 * (1.0 - self.end().integral)
         }
     }
 }
@@ -71,17 +77,26 @@ impl<B: Backbone> Over<'_, B> {
     /// f(R/G), df/dR, and the integrals over R.
     #[inline(always)]
     pub fn at(&self, limit: f64) -> Values {
-        let Values {
-            f,
-            slope,
-            integral,
-            loss,
-        } = self.backbone.at((limit * self.inverse).min(1.0));
+        if limit >= self.critical {
+            // Not left to the rounding of the quotient: f' may fall to 0 within it.
+            return self.end();
+        }
+        self.scaled(self.backbone.at((limit * self.inverse).min(BELOW_ONE)))
+    }
+
+    /// The same at R = G.
+    #[inline(always)]
+    pub fn end(&self) -> Values {
+        self.scaled(self.backbone.end())
+    }
+
+    #[inline(always)]
+    fn scaled(&self, at: Values) -> Values {
         Values {
-            f,
-            slope: slope * self.inverse,
-            integral: integral * self.critical,
-            loss: loss * self.critical,
+            f: at.f,
+            slope: at.slope * self.inverse,
+            integral: at.integral * self.critical,
+            loss: at.loss * self.critical,
         }
     }
 

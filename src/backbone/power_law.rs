@@ -22,6 +22,7 @@ pub struct PowerLaw {
     integral_series: [f64; TERMS],
     /// Coefficients of r^(n+1), n = 1.., in L.
     loss_series: [f64; TERMS],
+    end: Values,
 }
 
 impl PowerLaw {
@@ -38,7 +39,7 @@ impl PowerLaw {
             c *= (order - chi) / (order + 1.0);
         }
         let doubled = 2.0 * chi;
-        PowerLaw {
+        let mut curve = PowerLaw {
             chi,
             halves: if doubled.fract() == 0.0 && doubled <= MOST_HALVES as f64 {
                 doubled as usize
@@ -47,7 +48,10 @@ impl PowerLaw {
             },
             integral_series,
             loss_series,
-        }
+            end: Values::default(),
+        };
+        curve.end = curve.at(1.0);
+        curve
     }
 
     /// Any exponent: one logarithm and one exponential.
@@ -206,6 +210,12 @@ impl Backbone for PowerLaw {
         }
     }
 
+    #[inline(always)]
+    fn end(&self) -> Values {
+        self.end
+    }
+
+    #[inline]
     fn initial_slope(&self) -> f64 {
         self.chi
     }
