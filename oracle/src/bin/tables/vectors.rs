@@ -410,23 +410,3 @@ impl Vector {
 fn value(x: f64) -> String {
     if x == 0.0 { "0".to_string() } else { format!("{x:.14e}") }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A reader of the files gets complete rows of finite numbers.
-    #[test]
-    fn rows_are_complete() {
-        let files = files(std::path::Path::new("vectors.toml")).expect("the vectors");
-        assert!(files.len() > 50);
-        for file in files {
-            let mut rows = file.text.lines().filter(|line| !line.starts_with('#'));
-            let columns = rows.next().expect("a header").split(',').count();
-            for row in rows {
-                let numbers = row.split(',').map(|field| field.parse::<f64>().expect("a number"));
-                assert_eq!(numbers.filter(|x| x.is_finite()).count(), columns, "{}: {row}", file.name);
-            }
-        }
-    }
-}
