@@ -11,6 +11,7 @@ FC := gfortran
 CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
 FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none
 XTASK := cargo xtask
+ORACLE := cargo run --quiet --release --package mepc-oracle --
 VERSION := $(shell packaging/version.sh)
 # The part of the version that stands for the C interface.
 INTERFACE := $(basename $(VERSION))
@@ -107,6 +108,8 @@ check: library ## formatting, lints, and drift of generated files
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
 	$(XTASK) header --check
 	$(XTASK) symbols --check
+	$(ORACLE) vectors --check
+	$(ORACLE) cases --check
 
 VALGRIND := valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay
 
@@ -122,6 +125,8 @@ memcheck: ## the C driver under valgrind
 generated: library ## write the generated files anew: header, symbol list, pictures of the docs
 	$(XTASK) header
 	$(XTASK) symbols
+	$(ORACLE) vectors
+	$(ORACLE) cases
 	$(MAKE) demo DEMO_OPTIONS=--docs
 
 .PHONY: bench
