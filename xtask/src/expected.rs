@@ -104,8 +104,8 @@ fn of_point(case: &Case, method: Method, history: &Table) -> Result<Expected> {
     let (load, dissipated) = (0..slip.len()).map(step).unzip();
     // One element is exact but for what slips within a part of a step; else what the memory promises on curved paths.
     let (source, tolerance) = match chi {
-        1.0 => ("one element", [1e-3, 5e-3]),
-        _ => ("2000 elements", [0.0075, 0.025]),
+        1.0 => ("one element", [1e-4, 1e-4]),
+        _ => ("2000 elements", [2e-3, 1e-2]),
     };
     Ok(Expected {
         source,
