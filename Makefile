@@ -17,6 +17,7 @@ INTERFACE := $(basename $(VERSION))
 
 PREFIX ?= /usr/local
 LIBDIR ?= lib
+ORACLE := cargo run --quiet --release --package mepc-oracle --
 
 C_SOURCES := $(wildcard c_driver/*.c)
 FORTRAN_MODULES := include/mepc.f90 fortran_driver/text_table.f90 fortran_driver/fric_host.f90
@@ -107,6 +108,8 @@ check: library ## formatting, lints, and drift of generated files
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
 	$(XTASK) header --check
 	$(XTASK) symbols --check
+	$(ORACLE) vectors --check
+	$(ORACLE) cases --check
 
 VALGRIND := valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay
 
@@ -119,9 +122,11 @@ memcheck: ## the C driver under valgrind
 	$(VALGRIND) patch $(LIBRARY) 0.3,0.002,1.5 cases/disc_patch.csv cases/torsion_history.csv --nstate 24 > build/memcheck.csv
 
 .PHONY: generated
-generated: library ## write the generated files anew: header, symbol list, pictures of the docs
+generated: library ## write the generated files anew: header, symbol list, vectors, cases, pictures of the docs
 	$(XTASK) header
 	$(XTASK) symbols
+	$(ORACLE) vectors
+	$(ORACLE) cases
 	$(MAKE) demo DEMO_OPTIONS=--docs
 
 .PHONY: bench
