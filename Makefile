@@ -11,13 +11,13 @@ FC := gfortran
 CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
 FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none
 XTASK := cargo xtask
-ORACLE := cargo run --quiet --release --package mepc-oracle --
 VERSION := $(shell packaging/version.sh)
 # The part of the version that stands for the C interface.
 INTERFACE := $(basename $(VERSION))
 
 PREFIX ?= /usr/local
 LIBDIR ?= lib
+ORACLE := cargo run --quiet --release --package mepc-oracle --
 
 C_SOURCES := $(wildcard c_driver/*.c)
 FORTRAN_MODULES := include/mepc.f90 fortran_driver/text_table.f90 fortran_driver/fric_host.f90
@@ -122,7 +122,7 @@ memcheck: ## the C driver under valgrind
 	$(VALGRIND) patch $(LIBRARY) 0.3,0.002,1.5 cases/disc_patch.csv cases/torsion_history.csv --nstate 24 > build/memcheck.csv
 
 .PHONY: generated
-generated: library ## write the generated files anew: header, symbol list, pictures of the docs
+generated: library ## write the generated files anew: header, symbol list, vectors, cases, pictures of the docs
 	$(XTASK) header
 	$(XTASK) symbols
 	$(ORACLE) vectors
