@@ -106,13 +106,13 @@ def checked(status: int) -> int:
 
 def reals(name: str, values: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """An array of float64 in C order, itself if it is one already; with `shape`, a scalar or a row is repeated."""
-    array = np.asarray(values, dtype=np.float64)
+    array = np.asarray(values, dtype=np.float64, order="C")
     if shape is not None and array.shape != shape:
         try:
-            array = np.broadcast_to(array, shape)
+            array = np.broadcast_to(array, shape).copy(order="C")
         except ValueError:
             raise MepcError(f"{name} has the shape {array.shape}, expected {shape}", -4) from None
-    return np.ascontiguousarray(array)
+    return array
 
 
 def address(array: np.ndarray | None) -> int | None:

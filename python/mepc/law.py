@@ -270,7 +270,7 @@ class Law:
             MepcError: an increment was refused; the text names it and the cause.
         """
         slip = reals("slip", slip)
-        bare = self._ndir == 1 and (slip.ndim == 1 or slip.shape[-1] != 1)
+        bare = self._ndir == 1 and (slip.ndim < 2 or slip.shape[-1] != 1)
         axes: tuple[int, ...] = () if bare else (self._ndir,)
         if slip.ndim < 1 + len(axes) or (axes and slip.shape[-1] != self._ndir):
             raise MepcError(f"slip has the shape {slip.shape}, expected [.., n, {self._ndir}], a row an increment", -4)
