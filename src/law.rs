@@ -399,7 +399,8 @@ impl<const N: usize> Law<N> {
     }
 
     /// A closed contact goes on: the critical slip that follows from the limit, the memory curve, the physical units.
-    #[inline(always)]
+    // Not inlined: one copy per number of directions, not one per face.
+    #[inline(never)]
     fn advance(
         &self,
         start: &mut Start<N>,

@@ -1,13 +1,16 @@
 //! `mepc`: from a measured hysteresis loop of a joint to a contact law and an FE deck.
 
 mod calibrate;
+mod channels;
 mod deck;
 mod identify;
 mod loops;
 mod numbers;
+mod pictures;
 mod props;
 mod replay;
 mod table;
+mod units;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{self, Write};
@@ -150,7 +153,8 @@ fn identity(file: &Path) -> io::Result<PathBuf> {
     file.canonicalize()
 }
 
-/// Refuses an output file that is one of the input files, or another output, by whatever name or link.
+/// Refuses an output file that is one of the input files, or another output, by whatever name or link; and a picture with
+/// the ending of another format.
 fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow::Result<()> {
     // A file that is still to be made is known by its directory.
     let place = |file: &Path| {
@@ -183,6 +187,9 @@ fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow:
                 "{option}: {} is the file of {other}, which it would overwrite",
                 output.display()
             );
+        }
+        if option.ends_with("picture") {
+            pictures::check(option, output)?;
         }
     }
     Ok(())

@@ -130,7 +130,8 @@ impl Moves {
 }
 
 /// Moves the curve `start` by an increment; `end`, empty before, gets the curve at the end.
-#[inline(always)]
+// Not inlined: one copy per backbone, not one per face.
+#[inline(never)]
 pub fn step<B: Backbone>(
     backbone: &B,
     start: &mut Knots<2>,
