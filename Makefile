@@ -146,7 +146,7 @@ docs: setup-checks ## the documentation as a site in build/docs/html, by mdBook 
 	python3 scripts/docs.py build/docs-venv/bin/mdbook
 
 .PHONY: hosts
-hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
+hosts: library cli ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
 	hosts/setup.sh
 	build/hosts-venv/bin/python hosts/kratos/run.py $(HOSTS_SIZE)
 	build/hosts-venv/bin/python hosts/opengeosys/run.py $(HOSTS_SIZE)

@@ -23,14 +23,16 @@ class MepcError(ValueError):
     Attributes:
         status: the negative number of the C interface: -1 null pointer, -2 bad property, -3 bad state, -4 bad input,
             -5 internal.
+        point: index of the point that was refused, in the order of the states; None where it is not about one of many.
     """
 
-    def __init__(self, text: str, status: int) -> None:
+    def __init__(self, text: str, status: int, point: int | None = None) -> None:
         super().__init__(text)
         self.status = status
+        self.point = point
 
     def __reduce__(self) -> Any:
-        return type(self), (str(self), self.status)
+        return type(self), (str(self), self.status, self.point)
 
 
 class MepcWarning(UserWarning):
@@ -97,10 +99,11 @@ LIBRARY_PATH = find_library()
 LIBRARY = load(LIBRARY_PATH)
 
 
-def checked(status: int) -> int:
-    """The status of a call; an exception with the library's words where it is negative."""
+def checked(status: int, statuses: np.ndarray | None = None) -> int:
+    """The status of a call; an exception with the library's words where it is negative. `statuses`: of its points."""
     if status < 0:  # The text is this thread's last error: read before the next call.
-        raise MepcError(LIBRARY.mepc_last_error().decode(), status)
+        text = LIBRARY.mepc_last_error().decode()
+        raise MepcError(text, status, None if statuses is None else int(np.argmax(statuses.ravel() == status)))
     return status
 
 

@@ -211,7 +211,7 @@ class Law:
         status = checked(LIBRARY.mepc_friction_batch(
             self._law, statuses.size, address(slip), address(pressure), address(mu_factor), address(states),
             address(state), address(traction), address(dslip), address(dpressure), address(energy), address(statuses),
-            self._threads))
+            self._threads), statuses)
         _tell(status, statuses)
         return Update(traction, state, dslip, dpressure, energy, statuses)
 
@@ -241,7 +241,7 @@ class Law:
         traction, state, tangent, energy = arrays
         status = checked(LIBRARY.mepc_interface_batch(
             self._law, statuses.size, address(opening), address(mu_factor), address(states), address(state),
-            address(traction), address(tangent), address(energy), address(statuses), self._threads))
+            address(traction), address(tangent), address(energy), address(statuses), self._threads), statuses)
         _tell(status, statuses)
         return Interface(traction, state, tangent, energy, statuses)
 
@@ -291,7 +291,7 @@ class Law:
             statuses = np.empty(lead, np.int32)
             status = LIBRARY.mepc_friction_history_batch(
                 self._law, statuses.size, n, *arrays, address(statuses), self._threads)
-        _tell(checked(status), statuses)
+        _tell(checked(status, statuses), statuses)
         return History(traction, end, energies, dslip, dpressure)
 
     def _states(self, states: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
