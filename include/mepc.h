@@ -86,7 +86,7 @@ typedef struct mepc_law mepc_law;
 
 #ifdef __cplusplus
 extern "C" {
-#endif // __cplusplus
+#endif /* __cplusplus */
 
 /*
  Version of the interface that the library offers; a program built against another MEPC_ABI_VERSION must not call it.
@@ -343,7 +343,7 @@ int32_t mepc_iwan_identify(int64_t n,
                            double *standard_errors);
 
 #ifdef __cplusplus
-}  // extern "C"
-#endif  // __cplusplus
+}  /* extern "C" */
+#endif  /* __cplusplus */
 
 #endif  /* MEPC_H */

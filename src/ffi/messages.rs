@@ -154,8 +154,15 @@ fn message_routine() -> Option<MessageRoutine> {
     })
 }
 
+#[cfg(unix)]
 fn find(name: &CStr) -> Option<*mut c_void> {
     // SAFETY: a lookup of a C string in the global scope; RTLD_DEFAULT needs no handle.
     let address = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
     (!address.is_null()).then_some(address)
+}
+
+/// Elsewhere a program does not show its routines to the libraries it loads: messages go to standard error.
+#[cfg(not(unix))]
+fn find(_name: &CStr) -> Option<*mut c_void> {
+    None
 }

@@ -2,17 +2,29 @@
 //!
 //! Every exported function runs inside `guard`, so that no panic leaves the library.
 
+// What the faces share is all there in every build; a build without some of them does not use all of it.
+#![cfg_attr(
+    not(all(feature = "abaqus", feature = "umat", feature = "mfront")),
+    allow(dead_code)
+)]
+
 mod arguments;
 mod components;
+#[cfg(feature = "abaqus")]
 pub mod fric;
 pub mod iwan;
 mod laws;
 mod messages;
+#[cfg(feature = "mfront")]
 pub mod mfront;
 pub mod native;
+#[cfg(feature = "abaqus")]
 mod refusal;
+#[cfg(feature = "abaqus")]
 pub mod uinter;
+#[cfg(feature = "umat")]
 pub mod umat;
+#[cfg(feature = "abaqus")]
 pub mod vfric;
 
 use crate::error::{Error, Kind};
