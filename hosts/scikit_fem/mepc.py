@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 LIBRARY = Path(__file__).resolve().parents[2] / "target/release/libmepc.so"
-ABI_VERSION = 1
+ABI_VERSION = 2
 
 _reals = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
