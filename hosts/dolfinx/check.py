@@ -211,7 +211,7 @@ def main():
     small = "--small" in sys.argv
     ranks = (1, 2) if small else (1, 2, 3)
     mu_n = 0.43 * 1000
-    arguments = ["along=2", "quarter=6"]
+    arguments = ["along=2", "quarter=4" if small else "quarter=6"]
     whole = ranks_and_reference("flat_slider", arguments, mu_n, ranks, sys.executable)
     restart("flat_slider", arguments, whole, (2, 1) if small else (2, 1, 3))
     killed("flat_slider", arguments, whole, (2, 1) if small else (2, 3))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 LIBRARY = Path(__file__).resolve().parents[2] / "target/release/libmepc.so"
-ABI_VERSION = 1
+ABI_VERSION = 2
 
 _reals = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 _integers = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
@@ -37,14 +37,16 @@ def _load(path):
     library.mepc_law_new.argtypes = [_reals, int32, int32, int32, ctypes.POINTER(pointer)]
     library.mepc_law_free.argtypes = [pointer]
     library.mepc_law_free.restype = None
-    library.mepc_interface_batch.argtypes = [pointer, ctypes.c_int64] + [_reals] * 6 + [_integers, int32]
+    library.mepc_interface_batch.argtypes = (
+        [pointer, ctypes.c_int64, _reals, pointer] + [_reals] * 5 + [_integers, int32])
     return library
 
 
-def properties(mu, gcr, chi, method, kn):
-    """PROPS of the library's property table. method: memory or penalty. The paper's rule for changing pressure."""
-    proportional, fraction = 0, 0.005
-    return [mu, gcr, chi, {"memory": 0, "penalty": 1}[method], proportional, fraction, kn]
+def properties(mu, gcr, chi, method, kn, reference_pressure=0.0):
+    """PROPS of the library's property table. method: memory or penalty. reference_pressure: the one at which gcr is the
+    critical slip; 0 is the proportional rule."""
+    fraction = 0.0  # not used: gcr is given
+    return [mu, gcr, chi, {"memory": 0, "penalty": 1}[method], reference_pressure, fraction, kn]
 
 
 class Law:
@@ -83,7 +85,7 @@ class Law:
         new, traction = np.empty_like(state), np.empty_like(opening)
         tangent, energy, status = np.empty((points, 3, 3)), np.empty((points, 2)), np.zeros(points, np.int32)
         worst = self._library.mepc_interface_batch(
-            self._law, points, opening, state, new, traction, tangent, energy, status, 1)
+            self._law, points, opening, None, state, new, traction, tangent, energy, status, 1)
         if worst < 0:  # the words are about the first point with that status
             raise Refused(int(np.argmax(status == worst)), self._error())
         return traction, tangent, new, energy
