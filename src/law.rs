@@ -638,7 +638,7 @@ pub(crate) fn check_pressure(pressure: f64) -> Result<(), Error> {
 }
 
 #[inline(always)]
-fn check_factor(factor: f64) -> Result<(), Error> {
+pub(crate) fn check_factor(factor: f64) -> Result<(), Error> {
     if within(factor, SQUARED) && factor >= 0.0 {
         return Ok(());
     }
