@@ -2,15 +2,17 @@
 
 mod sprung;
 
-use crate::identify::Columns;
+use crate::channels::Columns;
 use crate::numbers::{self, exact, short};
-use crate::{Outcome, print, say, wrong_use};
+use crate::pictures::{self, Fitted};
+use crate::replay::Springs;
+use crate::{Outcome, check_outputs, loops, print, say, write, wrong_use};
 use anyhow::{Result, anyhow, bail};
 use mepc::iwan::{CORRELATED, Fit, ILL, Record, Warning};
 use serde_json::{Value, json};
 use sprung::{Sprung, SprungFit};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Exponents for which the loop is fitted, beside the chosen one.
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 2.5, 3.0, 4.0];
@@ -46,6 +48,9 @@ pub struct Arguments {
     /// One JSON object on standard output instead of the table.
     #[arg(long)]
     json: bool,
+    /// Draw the loops, the law's loops, and X_s over F_s into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
 }
 
 fn exponent(text: &str) -> Result<f64, String> {
@@ -71,6 +76,8 @@ struct Case {
     /// A root mean square residual up to this is as good as the best, at 95 %.
     as_good: f64,
     peak: f64,
+    /// For the picture: the loop as measured, and the law's.
+    drawn: Option<[Vec<[f64; 2]>; 2]>,
 }
 
 /// Runs the command.
@@ -85,13 +92,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             arguments.preload.len()
         )));
     }
-    let cases: Vec<Case> = arguments
+    let inputs: Vec<&Path> = arguments.files.iter().map(PathBuf::as_path).collect();
+    check_outputs(&[("--picture", arguments.picture.as_deref())], &inputs)?;
+    let mut cases: Vec<Case> = arguments
         .files
         .iter()
         .zip(&arguments.preload)
         .map(|(file, &preload)| {
-            let record = arguments.columns.read(file)?;
-            case(&file.display().to_string(), preload, &record, arguments.chi)
+            let record = arguments.columns.read(file)?.record()?;
+            let mut case = case(&file.display().to_string(), preload, &record, arguments.chi)?;
+            if arguments.picture.is_some() {
+                case.drawn = Some(drawn(&record, &case)?);
+            }
+            Ok(case)
         })
         .collect::<Result<_>>()?;
     let result = Calibration::new(&cases, arguments)?;
@@ -102,6 +115,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     for warning in &result.warnings {
         say(&format!("warning: {warning}"));
+    }
+    if let Some(file) = &arguments.picture {
+        let loops = cases.iter_mut().filter_map(|case| {
+            let [data, law] = case.drawn.take()?;
+            Some(Fitted {
+                label: format!("law, {} N", short(case.preload)),
+                data,
+                law,
+                slip: [case.sprung.force, case.sprung.displacement()],
+            })
+        });
+        let compliance = result.series.map_or(0.0, |series| 1.0 / series.value);
+        let svg = pictures::calibration(loops.collect(), result.gcr.value, compliance)?;
+        write(Some(file), &svg)?;
     }
     if arguments.json {
         print(&format!("{:#}\n", result.json(&cases)))?;
@@ -146,7 +173,30 @@ fn case(file: &str, preload: f64, record: &Record, chi: f64) -> Result<Case> {
         others,
         as_good,
         peak,
+        drawn: None,
     })
+}
+
+/// The loop as measured, and that of the law as fitted to it: displacement from the middle, force from its mean.
+fn drawn(record: &Record, case: &Case) -> Result<[Vec<[f64; 2]>; 2]> {
+    let indices = record
+        .branches
+        .iter()
+        .flat_map(|b| b.points.iter().copied());
+    let data = indices.map(|i| {
+        [
+            record.displacement[i] - record.centre,
+            record.force[i] - case.joint.offset,
+        ]
+    });
+    let sprung = &case.sprung;
+    let springs = Springs {
+        series: sprung.series(),
+        parallel: sprung.residual,
+    };
+    let props = [sprung.force / case.preload, sprung.gcr, sprung.chi];
+    let law = loops::contact_loop(&props, case.preload, springs, record.amplitude)?;
+    Ok([data.collect(), law])
 }
 
 /// Standard error of the sum of `weights` times what each loop says. A loop is as uncertain as its own fit says, or as the loops

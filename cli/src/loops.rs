@@ -1,6 +1,7 @@
 //! `mepc loop`: from parameters to loops, energy per cycle and damping.
 
 use crate::numbers::{self, exact, short};
+use crate::pictures::{figure, style};
 use crate::replay::{Motion, Patch, Points, Springs};
 use crate::table::csv_line;
 use crate::{Outcome, check_outputs, print, props, write};
@@ -9,7 +10,7 @@ use clap::ArgAction;
 use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Vector, default_state_size};
-use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, RGBColor, Stroke, ramp};
+use mepc_plot::{BLUE, Curve, Figure, ORANGE, Stroke};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -18,7 +19,8 @@ use std::path::PathBuf;
 /// From parameters to steady loops, energy per cycle and damping against amplitude.
 ///
 /// The loops go to --output (CSV: amplitude,displacement,force; first loading is left out), the energies to standard output, or
-/// the other way round: without --output the loops go to standard output and the energies to standard error.
+/// the other way round: without --output the loops go to standard output and the energies to standard error. Any consistent units;
+/// pictures name mm and N.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -133,6 +135,14 @@ impl Model {
         let (Some(props), Some(preload)) = (&arguments.props, arguments.preload) else {
             bail!("--props needs --preload");
         };
+        let springs = Springs {
+            series: arguments.series,
+            parallel: arguments.parallel.unwrap_or(0.0),
+        };
+        Model::contact(props, preload, springs)
+    }
+
+    fn contact(props: &[f64], preload: f64, springs: Springs) -> Result<Self> {
         let named = |error: mepc::Error| anyhow!("--props: {error}");
         let law =
             Law::<1>::new(props, default_state_size(props, 1).map_err(named)?).map_err(named)?;
@@ -145,12 +155,9 @@ impl Model {
                 y: vec![0.0],
                 area: vec![1.0],
                 pressure: vec![preload],
-                places: vec!["the contact".to_string()],
+                places: None,
             },
-            springs: Springs {
-                series: arguments.series,
-                parallel: arguments.parallel.unwrap_or(0.0),
-            },
+            springs,
             preload,
         })
     }
@@ -222,6 +229,24 @@ impl Model {
             }
         }
     }
+}
+
+/// Displacement and force of a steady loop of a contact (properties and normal force) behind and beside springs, the ends met.
+///
+/// # Errors
+/// Bad properties, or no equilibrium.
+pub fn contact_loop(
+    props: &[f64],
+    preload: f64,
+    springs: Springs,
+    amplitude: f64,
+) -> Result<Vec<[f64; 2]>> {
+    const POINTS: usize = 200;
+    let mut points = Model::contact(props, preload, springs)?
+        .cycle(amplitude, POINTS)?
+        .points;
+    points.extend(points.first().copied());
+    Ok(points)
 }
 
 /// Area of a closed polygon.
@@ -316,37 +341,25 @@ fn energies(cycles: &[Cycle]) -> String {
     text
 }
 
-fn figure(title: &str, x_label: &str, y_label: &str, curves: Vec<Curve>) -> Figure {
-    Figure {
-        title: title.to_string(),
-        x_label: x_label.to_string(),
-        y_label: y_label.to_string(),
-        curves,
-        equal_axes: false,
-    }
-}
-
 fn loops_figure(cycles: &[Cycle]) -> Figure {
-    const COLOURS: [RGBColor; 4] = [BLUE, ORANGE, GREEN, GREY];
-    const STROKES: [Stroke; 2] = [Stroke::Solid, Stroke::Dashed];
     let count = cycles.len();
     let curves = cycles.iter().enumerate().map(|(k, cycle)| {
         let mut points = cycle.points.clone();
         points.extend(cycle.points.first());
-        let (colour, stroke) = if count <= COLOURS.len() * STROKES.len() {
-            (COLOURS[k % 4], STROKES[k / 4])
-        } else {
-            // More than can be told apart at a glance: every one a little lighter.
-            (ramp(k as f64 / (count - 1) as f64), STROKES[k % 2])
-        };
+        let (colour, stroke) = style(k, count);
         Curve {
-            label: format!("A = {}", short(cycle.amplitude)),
+            label: format!("A = {} mm", short(cycle.amplitude)),
             points,
             stroke,
             colour,
         }
     });
-    figure("Steady loops", "displacement", "force", curves.collect())
+    figure(
+        "Steady loops",
+        "displacement (mm)",
+        "force (N)",
+        curves.collect(),
+    )
 }
 
 /// Points of the curves of [`energy_picture`].
@@ -377,13 +390,13 @@ fn energy_picture(model: &Model, cycles: &[Cycle]) -> Result<String> {
                 colour: ORANGE,
             },
         ];
-        figure(title, "amplitude", y_label, curves)
+        figure(title, "amplitude (mm)", y_label, curves)
     };
     mepc_plot::stacked(&[
-        panel("Energy per cycle", "energy", &|_, energy| energy),
+        panel("Energy per cycle", "energy (N.mm)", &|_, energy| energy),
         panel(
             "Equivalent damping ratio",
-            "D / (2 pi A T_max)",
+            "D / (2 pi A T_max)  (-)",
             &|cycle, energy| cycle.damping(energy),
         ),
     ])

@@ -1,17 +1,19 @@
 //! `mepc`: from a measured hysteresis loop of a joint to a contact law and an FE deck.
 
 mod calibrate;
+mod channels;
 mod deck;
 mod identify;
 mod loops;
 mod numbers;
+mod pictures;
 mod props;
 mod replay;
 mod table;
+mod units;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{self, Write};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -138,9 +140,22 @@ fn write(file: Option<&Path>, text: &str) -> anyhow::Result<()> {
     })
 }
 
-/// Refuses an output file that is one of the input files, or another output, by whatever name or link.
+/// What two names of one file have in common: device and number on the device.
+#[cfg(unix)]
+fn identity(file: &Path) -> io::Result<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    std::fs::metadata(file).map(|data| (data.dev(), data.ino()))
+}
+
+/// What two names of one file have in common: the full path (hard links stay unknown).
+#[cfg(not(unix))]
+fn identity(file: &Path) -> io::Result<PathBuf> {
+    file.canonicalize()
+}
+
+/// Refuses an output file that is one of the input files, or another output, by whatever name or link; and a picture with
+/// the ending of another format.
 fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow::Result<()> {
-    let identity = |file: &Path| std::fs::metadata(file).map(|data| (data.dev(), data.ino()));
     // A file that is still to be made is known by its directory.
     let place = |file: &Path| {
         let directory = file.parent().map(|parent| Path::new(".").join(parent));
@@ -172,6 +187,9 @@ fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow:
                 "{option}: {} is the file of {other}, which it would overwrite",
                 output.display()
             );
+        }
+        if option.ends_with("picture") {
+            pictures::check(option, output)?;
         }
     }
     Ok(())

@@ -4,8 +4,9 @@ mod patch;
 mod point;
 
 use crate::numbers;
+use crate::pictures::Replayed;
 use crate::{Outcome, check_outputs, say, write};
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use clap::{ArgAction, Subcommand};
 use mepc::{Kind, Law, default_state_size};
 use std::path::{Path, PathBuf};
@@ -68,6 +69,35 @@ struct Common {
     /// Write the table there (default: standard output).
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Draw forces over displacements, and energies over time, into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+}
+
+/// What a replay leaves.
+struct Replay {
+    /// The output table.
+    text: String,
+    /// Updates that had to forget a reversal.
+    forgotten: usize,
+    drawn: Replayed,
+}
+
+/// Refuses pressures that are negative or zero throughout: the contact would be open and every force zero.
+///
+/// # Errors
+/// Names the column.
+fn check_sign(pressures: impl Iterator<Item = f64> + Clone, place: &str) -> Result<()> {
+    let [low, high] = pressures.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+        [low.min(p), high.max(p)]
+    });
+    if low < 0.0 && high <= 0.0 {
+        bail!(
+            "{place}: {low} to {high}: the contact is never closed, for compression is positive; turn the sign if the file \
+             counts tension as positive"
+        );
+    }
+    Ok(())
 }
 
 impl Common {
@@ -88,7 +118,11 @@ impl Common {
     }
 
     fn check_output(&self, inputs: &[&Path]) -> Result<()> {
-        check_outputs(&[("--output", self.output.as_deref())], inputs)
+        let outputs = [
+            ("--output", self.output.as_deref()),
+            ("--picture", self.picture.as_deref()),
+        ];
+        check_outputs(&outputs, inputs)
     }
 }
 
@@ -97,11 +131,11 @@ impl Common {
 /// # Errors
 /// Bad input, or an output that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (text, forgotten, common) = match &arguments.mode {
+    let (replay, title, common) = match &arguments.mode {
         Mode::Point { history, common } => {
             common.check_output(&[history])?;
-            let (text, forgotten) = point::run(history, common)?;
-            (text, forgotten, common)
+            let title = history.display().to_string();
+            (point::run(history, common)?, title, common)
         }
         Mode::Patch {
             patch,
@@ -115,10 +149,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 series: *series,
                 parallel: parallel.unwrap_or(0.0),
             };
-            let (text, forgotten) = patch::run(patch, history, common, springs)?;
-            (text, forgotten, common)
+            let title = format!("{}, {}", patch.display(), history.display());
+            (patch::run(patch, history, common, springs)?, title, common)
         }
     };
+    let Replay {
+        text,
+        forgotten,
+        drawn,
+    } = replay;
+    if let Some(file) = &common.picture {
+        write(Some(file), &drawn.svg(&title)?)?;
+    }
     write(common.output.as_deref(), &text)?;
     if forgotten > 0 {
         say(&format!(

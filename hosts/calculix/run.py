@@ -25,7 +25,7 @@ ELEMENT = f"C3D8 layer, {THICKNESS} mm"
 # What must be refused, and a word of the message.
 REFUSED = {
     "too few state variables": ({"states": 10}, "NSTATV"),
-    "no thickness": ({"parameters": [0.3, 2e-3, 2.5, *[0.0] * 9, 2.0]}, "PROPS(15)"),
+    "no thickness": ({"parameters": [0.3, 2e-3, 2.5, *[0.0] * 17, 2.0]}, "PROPS(23)"),
 }
 
 

@@ -22,7 +22,7 @@ REFUSED = {
     "too few state variables": ({"states": 10}, "NSTATV"),
     "too few properties": ({"parameters": umat_parameters("memory")[:1]}, "PROPS"),
     "a property out of range": ({"parameters": [-0.3, *umat_parameters("memory")[1:]]}, "mu"),
-    "no layout": ({"parameters": umat_parameters("memory")[:12]}, "NTENS"),
+    "no layout": ({"parameters": umat_parameters("memory")[:20]}, "NTENS"),
 }
 
 

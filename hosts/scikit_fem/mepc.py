@@ -28,7 +28,7 @@ def _load(path):
     library.mepc_law_new.argtypes = [_reals, int32, int32, int32, ctypes.POINTER(pointer)]
     library.mepc_law_free.argtypes = [pointer]
     library.mepc_law_free.restype = None
-    library.mepc_interface_batch.argtypes = [pointer, ctypes.c_int64] + [_reals] * 6 + [pointer, int32]
+    library.mepc_interface_batch.argtypes = [pointer, ctypes.c_int64, _reals, pointer] + [_reals] * 5 + [pointer, int32]
     return library
 
 
@@ -69,6 +69,6 @@ class Law:
         new, traction = np.empty_like(state), np.empty_like(opening)
         tangent, energy = np.empty((points, size, size)), np.empty((points, 2))
         if self._checked(self._library.mepc_interface_batch(
-                self._law, points, opening, state, new, traction, tangent, energy, None, self.threads)) > 0:
+                self._law, points, opening, None, state, new, traction, tangent, energy, None, self.threads)) > 0:
             warnings.warn("a state array is full: the least important reversal was dropped", stacklevel=2)
         return traction, tangent, new, energy

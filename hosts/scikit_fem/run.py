@@ -17,13 +17,14 @@ from mepc import Law
 OUTPUT = Path(__file__).resolve().parents[2] / "build/hosts/scikit_fem"
 AMPLITUDE = 0.02
 MU, GCR, CHI = 0.43, 0.002, 2.5
+PRESSURE = LOAD / 100  # the mean one, on 10 x 10 mm
 STATUS = ("open", "stick", "micro_slip", "gross_slip")
 METHODS = {"memory": 0, "penalty": 1}
 
 
-def properties(method, gcr=GCR, chi=CHI):
-    """mu, gcr, chi, method, pressure_rule, fraction, kn: the library's property table up to the normal stiffness."""
-    return [MU, gcr, chi, METHODS[method], 0, 0.005, KN]
+def properties(method, gcr=GCR, chi=CHI, reference_pressure=PRESSURE):
+    """The library's property table up to the normal stiffness; the critical slip is gcr at the mean pressure."""
+    return [MU, gcr, chi, METHODS[method], reference_pressure, 0, KN]
 
 
 def history(steps):

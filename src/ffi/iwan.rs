@@ -4,7 +4,7 @@
 
 use super::guard;
 use super::native::status;
-use super::user::{array, null, write};
+use super::arguments::{array, null, write};
 use crate::error::{Error, Kind};
 use crate::iwan::{Direction, Fit, Iwan, PAPER_TOLERANCE, Record};
 use libc::c_double;

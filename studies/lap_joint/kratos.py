@@ -30,7 +30,8 @@ import matplotlib.pyplot as pyplot  # noqa: E402
 import numpy as np  # noqa: E402
 from condense import Moved, condense  # noqa: E402
 from contact import Contact, Law, Solver  # noqa: E402
-from joint import MESHES, POISSON, SEED, YOUNG, Case, bolt_force, build, supports  # noqa: E402
+from geometry import MESHES, POISSON, YOUNG, build, supports  # noqa: E402
+from joint import SEED, Case, bolt_force  # noqa: E402
 from kratos_joint import KratosJoint, versions  # noqa: E402
 from loops import ROOT, cycle, provenance, write_csv  # noqa: E402
 from tqdm import tqdm  # noqa: E402
@@ -48,7 +49,7 @@ def properties(pairs, interference, memory=("plate-plate",)):
         chi, method = (CASE.chi, 0) if name in memory else (1, 1)
         gap = -SEED - (interference if name == "head-washer" else 0)
         return [float(value) for value in (
-            CASE.mu, CASE.gcr, chi, method, CASE.pressure_rule, 0.005, CASE.kn, gap, CASE.base_knots, 0, 0, 0)]
+            CASE.mu, CASE.gcr, chi, method, CASE.reference_pressure, 0, CASE.kn, gap, *12 * [0])]
 
     return {pair.name: law(pair.name) for pair in pairs}
 

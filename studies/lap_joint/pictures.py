@@ -428,7 +428,7 @@ BODY_NAMES = {"fixed": "fixed plate", "moving": "moving plate", "washer": "force
 
 def mesh():
     """The half behind the plane y = 0, which the mesh has as a plane of nodes; contact in orange on the cut."""
-    from joint import build
+    from geometry import build
 
     grid = build()
     centre = grid.points[grid.hexahedra].mean(axis=1)
