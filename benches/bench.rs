@@ -21,9 +21,9 @@ const ROUNDS: usize = 15;
 const BATCH: usize = 4_000;
 /// Steps of a cycle.
 const STEPS: usize = 100;
-/// Elements of the reference, and sub-steps of it in a step.
+/// Elements of the reference, and sub-steps of it in a step: one radial return a step is exact on lines only.
 const ELEMENTS: u32 = 4000;
-const PARTS: u32 = 10;
+const PARTS: u32 = 200;
 
 const MU: f64 = 0.3;
 const GCR: f64 = 0.002;
@@ -119,10 +119,15 @@ impl History {
         } else {
             Twin::fixed_limits(Backbone::Power { chi: CHI }, GCR, ELEMENTS)
         };
+        let parts = if self.shape == Shape::Circle {
+            PARTS
+        } else {
+            10
+        };
         let mut all = Vec::new();
         for step in self.cycle.iter().chain(&self.cycle) {
             let before = twin.dissipated();
-            twin.step(step.slip, MU * step.pressure, PARTS);
+            twin.step(step.slip, MU * step.pressure, parts);
             all.push(Given {
                 traction: twin.traction(),
                 dissipated: twin.dissipated() - before,
@@ -185,8 +190,14 @@ struct Native {
 
 impl Native {
     /// # Safety
-    /// `library` is the library that `call` is of.
-    unsafe fn new(library: &Library, call: Call, props: &[f64], ndir: usize) -> Self {
+    /// `library` is the library that `call` is of. `nstate`: not the default.
+    unsafe fn new(
+        library: &Library,
+        call: Call,
+        props: &[f64],
+        ndir: usize,
+        nstate: Option<i32>,
+    ) -> Self {
         // SAFETY: the types are those of include/mepc.h, arrays have the documented sizes.
         unsafe {
             let state_size: unsafe extern "C" fn(*const f64, i32, i32) -> i32 =
@@ -194,7 +205,7 @@ impl Native {
             let new: unsafe extern "C" fn(*const f64, i32, i32, i32, *mut *const c_void) -> i32 =
                 symbol(library, "mepc_law_new");
             let (nprops, ndir) = (props.len() as i32, ndir as i32);
-            let nstate = state_size(props.as_ptr(), nprops, ndir);
+            let nstate = nstate.unwrap_or_else(|| state_size(props.as_ptr(), nprops, ndir));
             let mut law = null();
             assert_eq!(
                 new(props.as_ptr(), nprops, ndir, nstate, &mut law),
@@ -470,7 +481,7 @@ impl Contender for Elements {
 const NATIVE: &str = "mepc_friction";
 const CONSISTENT: &str = "mepc_friction, consistent rule";
 const COARSE: &str = "mepc_friction, resolution 1e-2";
-const FINE: &str = "mepc_friction, resolution 1e-4";
+const FINE: &str = "mepc_friction, 64 knots, 1e-4";
 const FRIC: &str = "fric_";
 const OLD: &str = "kernel before";
 const PAPER: &str = "Eq. (13)";
@@ -517,7 +528,7 @@ impl Libraries {
         // SAFETY: the types are those of include/mepc.h, of the host's page and of rivals.f90.
         unsafe {
             let call = Call::Now(symbol(&self.mepc, "mepc_friction"));
-            let native = |props: &[f64]| Native::new(&self.mepc, call, props, ndir);
+            let native = |props: &[f64]| Native::new(&self.mepc, call, props, ndir, None);
             let plain = native(&[MU, GCR, CHI]);
             let nstate = plain.states[0].len();
             add(NATIVE, Box::new(plain));
@@ -525,17 +536,25 @@ impl Libraries {
                 add(CONSISTENT, Box::new(native(&[MU, GCR, CHI, 0.0, PRESSURE])));
             }
             if history.shape == Shape::Circle {
-                for (name, resolution) in [(COARSE, 1e-2), (FINE, 1e-4)] {
+                for (name, resolution, nstate) in
+                    [(COARSE, 1e-2, None), (FINE, 1e-4, Some(12 + 3 * 64))]
+                {
                     let mut props = [0.0; 16];
                     props[..3].copy_from_slice(&[MU, GCR, CHI]);
                     props[15] = resolution;
-                    add(name, Box::new(native(&props)));
+                    add(
+                        name,
+                        Box::new(Native::new(&self.mepc, call, &props, ndir, nstate)),
+                    );
                 }
             }
             add(FRIC, Box::new(fric(symbol(&self.mepc, "fric_"), nstate)));
             if let Some(old) = &self.old {
                 let call = Call::Old(symbol(old, "mepc_friction"));
-                add(OLD, Box::new(Native::new(old, call, &[MU, GCR, CHI], ndir)));
+                add(
+                    OLD,
+                    Box::new(Native::new(old, call, &[MU, GCR, CHI], ndir, None)),
+                );
             }
             if let Some(rivals) = &self.rivals {
                 if ndir == 1 {
@@ -604,7 +623,7 @@ impl Libraries {
                 law,
                 states: [state, _],
                 ..
-            } = Native::new(&self.mepc, Call::Now(single), &[MU, GCR, CHI], 1);
+            } = Native::new(&self.mepc, Call::Now(single), &[MU, GCR, CHI], 1, None);
             let nstate = state.len();
             let (mut state0, mut state1) = (vec![0.0; POINTS * nstate], vec![0.0; POINTS * nstate]);
             let pressure = vec![PRESSURE; POINTS];
