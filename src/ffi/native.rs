@@ -62,7 +62,7 @@ thread_local! {
 
 /// Keeps the words of an error for [`mepc_last_error`]; gives its status number.
 #[cold]
-fn remember(error: &Error) -> i32 {
+pub(super) fn remember(error: &Error) -> i32 {
     let text: Vec<u8> = error
         .to_string()
         .bytes()
@@ -394,6 +394,7 @@ pub extern "C" fn mepc_status_message(status: i32) -> *const c_char {
     match status {
         0 => c"success",
         MEPC_MEMORY_FULL => c"memory full: the least important reversal was dropped",
+        super::iwan::MEPC_NOT_DESCRIBED => c"the model does not describe the loop",
         MEPC_NULL_POINTER => c"null pointer",
         MEPC_BAD_PROPERTY => c"bad property",
         MEPC_BAD_STATE => c"bad state: too short or corrupt",
@@ -404,8 +405,8 @@ pub extern "C" fn mepc_status_message(status: i32) -> *const c_char {
     .as_ptr()
 }
 
-/// This thread's last error in words: which argument, its value, what was expected. Never NULL, empty before the
-/// first error. The text is valid until this thread's next failing call.
+/// This thread's last error in words: which argument, its value, what was expected; after MEPC_NOT_DESCRIBED why. Never NULL,
+/// empty before the first error. The text is valid until this thread's next failing call.
 #[unsafe(no_mangle)]
 pub extern "C" fn mepc_last_error() -> *const c_char {
     LAST_ERROR

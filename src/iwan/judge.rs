@@ -1,0 +1,149 @@
+//! Identification with a judgement: parameters, and every reason why they must not be used.
+
+use super::effects;
+use super::fit::{Estimate, Fit, ROUNDING};
+use super::record::{Origin, Record};
+use super::residuals::Residuals;
+use super::stop;
+use super::warning::{Effect, Warning};
+use crate::error::Error;
+
+/// A stop is looked for where the shape of the residuals is more than this part of T_max.
+const SHAPE: f64 = 0.003;
+/// Stops describe the loop when they leave no more than this part of the square of the shape.
+const LEFT: f64 = 0.25;
+/// A past whose residual is smaller by this factor is the right one.
+const BETTER: f64 = 1.05;
+
+/// How to identify.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The displacement is late by so many samples; None: what is found is taken out.
+    pub lag: Option<f64>,
+    /// Fit stops as well: slip, then bearing.
+    pub stop: bool,
+}
+
+/// A model with more unknowns that describes the loop better.
+#[derive(Clone, Debug)]
+pub struct Extended {
+    /// What was added, with its size in samples (lag), displacement (backlash) or force.
+    pub effects: Vec<(Effect, Estimate)>,
+    /// The joint with it; its stops, if these were added.
+    pub fit: Fit,
+}
+
+/// What was identified.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// The record that was fitted, without the lag.
+    pub record: Record,
+    /// The parameters, and what is wrong with them.
+    pub fit: Fit,
+    /// The lag that was taken out, in samples.
+    pub lag: Option<Estimate>,
+    /// Where the model does not describe the loop, one that does.
+    pub extended: Option<Extended>,
+}
+
+/// The parameters by least squares, and whether the model describes the loop.
+///
+/// # Errors
+/// As [`Record::least_squares`].
+pub fn identify(record: Record, options: &Options) -> Result<Identification, Error> {
+    let mut record = record;
+    if let Some(late) = options.lag.filter(|late| *late != 0.0) {
+        record = record.without_lag(late)?;
+    }
+    let (mut record, mut fit) = past(record, options.stop)?;
+    let mut lag = None;
+    let mut found = effects::found(&record, &fit, true)?;
+    // A lag is no fault of the joint: it is taken out, and what is left is judged.
+    if let Some(size) = found
+        .as_ref()
+        .filter(|found| found.explain && options.lag.is_none())
+        .and_then(|found| found.size(Effect::Lag))
+    {
+        record = record.without_lag(size.value)?;
+        fit = of(&record, options.stop)?;
+        fit.warnings.push(Warning::LagTakenOut(size));
+        lag = Some(size);
+        found = effects::found(&record, &fit, false)?;
+    }
+    let residuals = Residuals::new(&record, &fit.residuals, ROUNDING * record.force_unit());
+    let mut extended = None;
+    let mut explained = found.filter(|found| found.explain);
+    let shape = residuals.shape.square.max(0.0).sqrt();
+    if !options.stop && residuals.shape.is_plain() && shape > SHAPE * fit.peak.abs() {
+        let mut bearing = stop::fit(&record)?;
+        let after = Residuals::new(&record, &bearing.residuals, ROUNDING * record.force_unit());
+        let describes =
+            !after.shape.is_plain() || after.shape.square < LEFT * residuals.shape.square;
+        let better = explained
+            .as_ref()
+            .is_none_or(|found| bearing.rms * bearing.rms < found.squares[1]);
+        if let Some(springs) = bearing.stop
+            && describes
+            && better
+            && springs.clearances.iter().any(Option::is_some)
+        {
+            explained = None;
+            fit.warnings.push(Warning::Bears(springs));
+            bearing.warnings.clear();
+            extended = Some(Extended {
+                effects: Vec::new(),
+                fit: bearing,
+            });
+        }
+    }
+    if let Some(found) = explained {
+        for &(effect, size) in &found.effects {
+            fit.warnings.push(Warning::LeftOut { effect, size });
+        }
+        extended = Some(Extended {
+            effects: found.effects,
+            fit: found.fit,
+        });
+    }
+    let judged = residuals.warnings(fit.peak, fit.misfit());
+    fit.warnings.extend(judged);
+    if record.origin.is_some() {
+        let amplitudes = record.half_cycles.iter().map(|half| half.amplitude);
+        let least = amplitudes.fold(f64::INFINITY, f64::min);
+        fit.warnings.push(Warning::AmplitudeChanges {
+            cycles: record.cycles().len(),
+            least: least / record.amplitude,
+        });
+    }
+    Ok(Identification {
+        record,
+        fit,
+        lag,
+        extended,
+    })
+}
+
+fn of(record: &Record, stop: bool) -> Result<Fit, Error> {
+    if stop {
+        stop::fit(record)
+    } else {
+        record.least_squares()
+    }
+}
+
+/// The fit, where amplitudes change with the past that explains the record better.
+fn past(record: Record, stop: bool) -> Result<(Record, Fit), Error> {
+    let fit = of(&record, stop)?;
+    let other = match record.origin {
+        None => return Ok((record, fit)),
+        Some(Origin::Centre) => Origin::Start,
+        Some(Origin::Start) => Origin::Centre,
+    };
+    if let Some(record) = record.with_origin(other)
+        && let Ok(other) = of(&record, stop)
+        && other.rms * BETTER < fit.rms
+    {
+        return Ok((record, other));
+    }
+    Ok((record, fit))
+}
