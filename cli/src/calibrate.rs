@@ -2,7 +2,7 @@
 
 mod sprung;
 
-use crate::identify::Columns;
+use crate::channels::Columns;
 use crate::numbers::{self, exact, short};
 use crate::{Outcome, print, say, wrong_use};
 use anyhow::{Result, anyhow, bail};
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .iter()
         .zip(&arguments.preload)
         .map(|(file, &preload)| {
-            let record = arguments.columns.read(file)?;
+            let record = arguments.columns.read(file)?.record()?;
             case(&file.display().to_string(), preload, &record, arguments.chi)
         })
         .collect::<Result<_>>()?;

@@ -1,7 +1,7 @@
 //! `mepc identify`: a measured loop to the four parameters of the improved Iwan model.
 
+use crate::channels::Columns;
 use crate::numbers::{self, short};
-use crate::table::Table;
 use crate::{Outcome, check_outputs, print, say, write, wrong_use};
 use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
@@ -71,84 +71,6 @@ enum Method {
     Paper,
 }
 
-/// Which columns hold the loop, and in what unit.
-#[derive(clap::Args)]
-pub struct Columns {
-    /// Name of the displacement column.
-    #[arg(long, value_name = "NAME", default_value = "displacement")]
-    displacement: String,
-    /// Name of the force column.
-    #[arg(long, value_name = "NAME", default_value = "force")]
-    force: String,
-    /// Unit of the displacement; results are in mm.
-    #[arg(long, value_enum, default_value_t = Length::Mm)]
-    displacement_unit: Length,
-    /// Unit of the force; results are in N.
-    #[arg(long, value_enum, default_value_t = Force::N)]
-    force_unit: Force,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Length {
-    Nm,
-    Um,
-    Mm,
-    M,
-    In,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Force {
-    #[value(name = "N")]
-    N,
-    #[value(name = "kN")]
-    KiloN,
-    #[value(name = "MN")]
-    MegaN,
-    #[value(name = "lbf")]
-    Lbf,
-}
-
-impl Columns {
-    /// The record of a file, in mm and N.
-    ///
-    /// # Errors
-    /// What the table or the record is refused for.
-    pub fn read(&self, file: &std::path::Path) -> Result<Record> {
-        let length = match self.displacement_unit {
-            Length::Nm => 1e-6,
-            Length::Um => 1e-3,
-            Length::Mm => 1.0,
-            Length::M => 1e3,
-            Length::In => 25.4,
-        };
-        let force = match self.force_unit {
-            Force::N => 1.0,
-            Force::KiloN => 1e3,
-            Force::MegaN => 1e6,
-            Force::Lbf => 4.448_221_615_260_5,
-        };
-        let table = Table::read(file)?;
-        let column = |name: &str, factor: f64| -> Result<Vec<f64>> {
-            let values = table.column(name)?;
-            Ok(values.into_iter().map(|value| value * factor).collect())
-        };
-        let displacement = column(&self.displacement, length)?;
-        let force = column(&self.force, force)?;
-        Record::new(&displacement, &force).map_err(|error| {
-            let (columns, rows) = (
-                format!("{}, {}", self.displacement, self.force),
-                table.rows(),
-            );
-            anyhow!(
-                "{}: columns {columns}, {rows} rows: {}",
-                table.header_place(),
-                error.message
-            )
-        })
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -165,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         &[("--picture", arguments.picture.as_deref())],
         &[&arguments.file],
     )?;
-    let record = arguments.columns.read(&arguments.file)?;
+    let record = arguments.columns.read(&arguments.file)?.record()?;
     let named = |error: mepc::Error| anyhow!("{file}: {}", error.message);
     let least_squares = record.least_squares();
     let paper = record.paper(arguments.tolerance);

@@ -145,7 +145,7 @@ impl Model {
                 y: vec![0.0],
                 area: vec![1.0],
                 pressure: vec![preload],
-                places: vec!["the contact".to_string()],
+                places: None,
             },
             springs: Springs {
                 series: arguments.series,

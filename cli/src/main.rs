@@ -1,6 +1,7 @@
 //! `mepc`: from a measured hysteresis loop of a joint to a contact law and an FE deck.
 
 mod calibrate;
+mod channels;
 mod deck;
 mod identify;
 mod loops;
@@ -8,6 +9,7 @@ mod numbers;
 mod props;
 mod replay;
 mod table;
+mod units;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{self, Write};
