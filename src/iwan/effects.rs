@@ -27,6 +27,10 @@ const MATTERS: f64 = 1e-3;
 const LAG_MATTERS: f64 = 3e-4;
 /// Effects explain the residuals when no more than this part of the shape (of its square) is left.
 const LEFT: f64 = 0.25;
+/// An effect makes the parameters unfit when it takes this part of T_max from the residuals, root mean square, or moves F_s, X_s,
+/// k_alpha (parts) or kappa by this much: half of what a loop with 1 % noise allows.
+const TAKES: f64 = 5e-3;
+const MOVES: [f64; 4] = [0.01, 0.025, 0.025, 0.025];
 /// Greatest lag as a part of a cycle, greatest play as a part of the amplitude.
 const MOST_LAG: f64 = 0.04;
 const MOST_PLAY: f64 = 0.3;
@@ -37,13 +41,14 @@ const GOLDEN: f64 = 0.618_033_988_75;
 /// Half width of the slope that stands for the velocity, in samples.
 const SLOPE: usize = 3;
 
-const ALL: [Effect; 6] = [
+const ALL: [Effect; 7] = [
     Effect::Lag,
     Effect::Backlash,
     Effect::Viscous,
     Effect::Hardening,
     Effect::Asymmetry,
     Effect::Drift,
+    Effect::Change,
 ];
 
 /// A model with effects.
@@ -68,6 +73,24 @@ pub(super) struct Found {
     pub explain: bool,
     /// Mean square residual before and after.
     pub squares: [f64; 2],
+}
+
+impl Found {
+    /// Whether parameters without the effects, `fit`, are unfit.
+    pub fn spoil(&self, fit: &Fit) -> bool {
+        let (before, after) = (fit.joint.parameters(), self.fit.joint.parameters());
+        let stiffness = 0.1 * fit.peak / fit.joint.displacement;
+        let moved = (0..4).any(|k| {
+            let scale = match k {
+                3 => 1.0,
+                2 => after[k].abs().max(stiffness),
+                _ => after[k].abs(),
+            };
+            (before[k] - after[k]).abs() > MOVES[k] * scale
+        });
+        let took = (self.squares[0] - self.squares[1]).max(0.0).sqrt();
+        moved || took > TAKES * fit.peak.abs()
+    }
 }
 
 impl Found {
@@ -97,7 +120,7 @@ fn keep(best: &mut Option<Solved>, solved: Option<Solved>) -> (f64, bool) {
 }
 
 /// A record of no more points than are needed, with every so many-th row.
-fn thinned(record: &Record) -> Result<(Record, usize), Error> {
+pub(super) fn thinned(record: &Record) -> Result<(Record, usize), Error> {
     let rows = record.displacement.len();
     let cycles = (record.half_cycles.len() / 2).max(1);
     let mut stride = (rows / cycles / OF_A_CYCLE).max(1);
@@ -132,6 +155,11 @@ fn column(record: &Record, effect: Effect) -> Vec<f64> {
         Effect::Hardening => (0..count).map(|i| place(i).powi(3)).collect(),
         Effect::Asymmetry => (0..count).map(|i| place(i).powi(2)).collect(),
         Effect::Drift => (0..count).map(|i| i as f64 / count as f64).collect(),
+        Effect::Change => {
+            let unit = record.force_unit();
+            let grown = |i: usize| (i as f64 / count as f64 - 0.5) * record.force[i] / unit;
+            (0..count).map(grown).collect()
+        }
         _ => (0..count)
             .map(|i| {
                 let (low, high) = (i.saturating_sub(SLOPE), (i + SLOPE).min(count - 1));
@@ -353,7 +381,13 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
     let (first, mut best) = (none.square, none);
     while best.model.has.len() < MOST {
         let open = ALL.into_iter().filter(|effect| {
-            !best.model.has.contains(effect) && (with_lag || *effect != Effect::Lag)
+            // In a single cycle a drift is a matter of shape.
+            let shown = match effect {
+                Effect::Lag => with_lag,
+                Effect::Drift | Effect::Change => record.half_cycles.len() >= 4,
+                _ => true,
+            };
+            shown && !best.model.has.contains(effect)
         });
         let next = open
             .filter_map(|effect| search.with(&best, effect))

@@ -25,12 +25,12 @@ const X_STEPS: [i32; 2] = [34, 15];
 const CHI_GRID: [f64; 12] = [
     1.0, 1.15, 1.4, 1.7, 2.0, 2.5, 3.2, 4.5, 7.0, 12.0, 30.0, 100.0,
 ];
-const CHI_SECTIONS: usize = 15;
+const CHI_SECTIONS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_75;
 /// Minima along the valley that are followed.
 const STARTS: usize = 5;
 /// At most so many points are used to draw it.
-const VALLEY_POINTS: usize = 1000;
+const VALLEY_POINTS: usize = 500;
 /// Fewer points per direction than this, or in gross slip, leave the fit to chance.
 pub(super) const FEW_POINTS: usize = 25;
 const FEW_GROSS: usize = 5;

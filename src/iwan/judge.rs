@@ -58,6 +58,18 @@ pub fn identify(record: Record, options: &Options) -> Result<Identification, Err
     let (mut record, mut fit) = past(record, options.stop)?;
     let mut lag = None;
     let mut found = effects::found(&record, &fit, true)?;
+    let mut extended = None;
+    let bears = !options.stop && bears(&record, &fit, found.as_ref())?;
+    if bears {
+        let mut bearing = stop::fit(&record)?;
+        bearing.warnings.clear();
+        fit.warnings.extend(bearing.stop.map(Warning::Bears));
+        extended = Some(Extended {
+            effects: Vec::new(),
+            fit: bearing,
+        });
+        found = None;
+    }
     // A lag is no fault of the joint: it is taken out, and what is left is judged.
     if let Some(size) = found
         .as_ref()
@@ -70,41 +82,18 @@ pub fn identify(record: Record, options: &Options) -> Result<Identification, Err
         lag = Some(size);
         found = effects::found(&record, &fit, false)?;
     }
-    let residuals = Residuals::new(&record, &fit.residuals, ROUNDING * record.force_unit());
-    let mut extended = None;
-    let mut explained = found.filter(|found| found.explain);
-    let shape = residuals.shape.square.max(0.0).sqrt();
-    if !options.stop && residuals.shape.is_plain() && shape > SHAPE * fit.peak.abs() {
-        let mut bearing = stop::fit(&record)?;
-        let after = Residuals::new(&record, &bearing.residuals, ROUNDING * record.force_unit());
-        let describes =
-            !after.shape.is_plain() || after.shape.square < LEFT * residuals.shape.square;
-        let better = explained
-            .as_ref()
-            .is_none_or(|found| bearing.rms * bearing.rms < found.squares[1]);
-        if let Some(springs) = bearing.stop
-            && describes
-            && better
-            && springs.clearances.iter().any(Option::is_some)
-        {
-            explained = None;
-            fit.warnings.push(Warning::Bears(springs));
-            bearing.warnings.clear();
-            extended = Some(Extended {
-                effects: Vec::new(),
-                fit: bearing,
-            });
-        }
-    }
-    if let Some(found) = explained {
-        for &(effect, size) in &found.effects {
-            fit.warnings.push(Warning::LeftOut { effect, size });
+    if let Some(found) = found.filter(|found| found.explain) {
+        if found.spoil(&fit) {
+            for &(effect, size) in &found.effects {
+                fit.warnings.push(Warning::LeftOut { effect, size });
+            }
         }
         extended = Some(Extended {
             effects: found.effects,
             fit: found.fit,
         });
     }
+    let residuals = shape(&record, &fit);
     let judged = residuals.warnings(fit.peak, fit.misfit());
     fit.warnings.extend(judged);
     if record.origin.is_some() {
@@ -121,6 +110,27 @@ pub fn identify(record: Record, options: &Options) -> Result<Identification, Err
         lag,
         extended,
     })
+}
+
+fn shape(record: &Record, fit: &Fit) -> Residuals {
+    Residuals::new(record, &fit.residuals, ROUNDING * record.force_unit())
+}
+
+/// Whether stops describe a loop that the model does not, and better than the effects that were found.
+fn bears(record: &Record, fit: &Fit, found: Option<&effects::Found>) -> Result<bool, Error> {
+    let before = shape(record, fit).shape;
+    if !before.is_plain() || before.square.max(0.0).sqrt() < SHAPE * fit.peak.abs() {
+        return Ok(false);
+    }
+    let (record, _) = effects::thinned(record)?;
+    let bearing = stop::fit(&record)?;
+    let after = shape(&record, &bearing).shape;
+    let describes = !after.is_plain() || after.square < LEFT * before.square;
+    let better = found
+        .filter(|found| found.explain)
+        .is_none_or(|found| bearing.rms * bearing.rms < found.squares[1]);
+    let reached = bearing.stop.is_some_and(|stop| stop.clearances.iter().any(Option::is_some));
+    Ok(describes && better && reached)
 }
 
 fn of(record: &Record, stop: bool) -> Result<Fit, Error> {

@@ -22,6 +22,8 @@ pub enum Effect {
     Asymmetry,
     /// A force that grows in proportion to time; from the first to the last point.
     Drift,
+    /// The loop grows in proportion to time; by so much at its largest force, from the first to the last point.
+    Change,
 }
 
 impl Effect {
@@ -34,6 +36,7 @@ impl Effect {
             Effect::Hardening => "hardening",
             Effect::Asymmetry => "asymmetry",
             Effect::Drift => "drift",
+            Effect::Change => "change",
         }
     }
 }
@@ -263,6 +266,10 @@ impl fmt::Display for Warning {
                     Effect::Drift => write!(
                         out,
                         "the force drifts by {size} from the first point to the last"
+                    ),
+                    Effect::Change => write!(
+                        out,
+                        "the loop changes: its largest force grows by {size} from the first cycle to the last"
                     ),
                 }
             }
