@@ -97,11 +97,12 @@ pub fn identify(record: Record, options: &Options) -> Result<Identification, Err
     let judged = residuals.warnings(fit.peak, fit.misfit());
     fit.warnings.extend(judged);
     if record.origin.is_some() {
-        let amplitudes = record.half_cycles.iter().map(|half| half.amplitude);
-        let least = amplitudes.fold(f64::INFINITY, f64::min);
+        let amplitudes = || record.half_cycles.iter().map(|half| half.amplitude);
+        let least = amplitudes().fold(f64::INFINITY, f64::min);
         fit.warnings.push(Warning::AmplitudeChanges {
             cycles: record.cycles().len(),
             least: least / record.amplitude,
+            grows: amplitudes().next() < amplitudes().next_back(),
         });
     }
     Ok(Identification {

@@ -76,6 +76,8 @@ pub enum Warning {
         cycles: usize,
         /// The least amplitude over the greatest.
         least: f64,
+        /// Whether the last half cycle is longer than the first.
+        grows: bool,
     },
     /// A time lag of the displacement in samples was found and taken out.
     LagTakenOut(Estimate),
@@ -209,9 +211,14 @@ impl fmt::Display for Warning {
                 "neighbouring residuals are alike (correlation {correlation:.2}): the loop is not quite of this model; \
                  the standard errors are enlarged as for noise of that kind, a bias is not in them"
             ),
-            Warning::AmplitudeChanges { cycles, least } => write!(
+            Warning::AmplitudeChanges {
+                cycles,
+                least,
+                grows,
+            } => write!(
                 out,
-                "the amplitude changes: {cycles} cycles from {least:.2} of the largest amplitude on are in one fit"
+                "the amplitude {}: {cycles} cycles from {least:.2} of the largest amplitude on are in one fit",
+                if *grows { "grows" } else { "changes" }
             ),
             Warning::LagTakenOut(lag) => write!(
                 out,
