@@ -291,7 +291,13 @@ impl Table {
 
     /// Names of columns, for messages.
     fn list(&self, columns: &[usize]) -> String {
-        let mut shown: Vec<String> = columns.iter().take(LISTED).map(|&k| self.name(k)).collect();
+        let shown = columns.iter().take(LISTED);
+        let mut shown: Vec<String> = shown
+            .map(|&k| match self.names.get(k).map(String::as_str) {
+                None | Some("") => format!("{} (no name)", k + 1),
+                Some(name) => name.to_string(),
+            })
+            .collect();
         if columns.len() > LISTED {
             shown.push(format!("{} more", columns.len() - LISTED));
         }
@@ -336,6 +342,7 @@ impl Table {
     }
 
     /// Reads the rows of these columns, and says on standard error how the file was read, with a remark of the caller.
+    /// Without a remark nothing is said about plain CSV.
     ///
     /// # Errors
     /// A field that is no finite number, a line that has not as many fields as the table.
@@ -349,10 +356,10 @@ impl Table {
         let names: Vec<String> = columns.iter().map(|&k| self.name(k)).collect();
         let rows = match self.source {
             Source::Text { form, head, lines } => {
-                say(&format!(
-                    "{file}: reading: {}{remark}",
-                    form.words(lines.encoding)
-                ));
+                if !remark.is_empty() || lines.encoding.is_some() || !form.is_plain() {
+                    let words = form.words(lines.encoding);
+                    say(&format!("{file}: reading: {words}{remark}"));
+                }
                 read_lines(file, &form, head, *lines, (columns, names, gaps))?
             }
             Source::Json(data) => {
@@ -389,7 +396,7 @@ fn unit_of(name: &str, row: Option<&String>) -> Option<String> {
 
 /// Names are the same if they are in lower case and without blanks.
 fn key(name: &str) -> String {
-    let kept = name.chars().filter(|c| !c.is_whitespace() && *c != '_');
+    let kept = name.chars().filter(|c| !c.is_whitespace());
     kept.flat_map(char::to_lowercase).collect()
 }
 

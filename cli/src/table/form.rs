@@ -595,6 +595,14 @@ impl Form {
         true
     }
 
+    /// Whether this is what any reader of CSV takes: nothing needs to be said about it.
+    pub fn is_plain(&self) -> bool {
+        self.separator == Separator::Byte(b',')
+            && self.decimal != Decimal::Comma
+            && !(self.header_line.is_none() || self.in_comment || self.told)
+            && self.units.is_empty()
+    }
+
     /// What was told, in one line.
     pub fn words(&self, encoding: Option<&str>) -> String {
         let mut words: Vec<String> = encoding.map(str::to_string).into_iter().collect();
@@ -631,8 +639,14 @@ fn best_trial(lines: &[&Line], told: Option<Separator>) -> Trial {
     for decimal in [Decimal::Point, Decimal::Comma] {
         for &separator in &separators {
             let trial = Trial::new(lines, separator, decimal);
-            if best.as_ref().is_none_or(|best| trial.worth > best.worth) {
-                best = Some(trial);
+            match &mut best {
+                Some(best) if trial.worth <= best.worth => {
+                    // Where nothing is found, this may be why.
+                    if best.uncut.is_none() {
+                        best.uncut = trial.uncut;
+                    }
+                }
+                _ => best = Some(trial),
             }
         }
     }
