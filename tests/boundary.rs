@@ -42,6 +42,7 @@ fn constants_of_header_and_module_are_those_of_the_library() {
     let mut expected = vec![("ABI_VERSION", unsafe { (native().mepc_abi_version)() })];
     expected.extend([
         ("MEMORY_FULL", MEMORY_FULL),
+        ("NOT_DESCRIBED", NOT_DESCRIBED),
         ("NULL_POINTER", NULL_POINTER),
         ("BAD_PROPERTY", BAD_PROPERTY),
         ("BAD_STATE", BAD_STATE),
@@ -82,6 +83,7 @@ fn versions_and_messages() {
         let messages: Vec<String> = [
             0,
             MEMORY_FULL,
+            NOT_DESCRIBED,
             NULL_POINTER,
             BAD_PROPERTY,
             BAD_STATE,

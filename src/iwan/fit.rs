@@ -238,7 +238,7 @@ impl Record {
     /// [`Kind::BadInput`] when no curve of the model resembles the data.
     pub fn least_squares(&self) -> Result<Fit, Error> {
         let problem = Loop::of(self);
-        let valley = valley(&problem);
+        let valley = valley(&problem, 1);
         let best = lowest(&problem, &valley).ok_or_else(|| bad("no start for the search"))?;
         let solution = Solution::new(&problem, best)?;
         let mut fit = fit_of(&problem, &solution)?;
@@ -501,14 +501,16 @@ fn starts(valley: &[Bottom]) -> Vec<DVector<f64>> {
     starts.collect()
 }
 
-/// The bottom of the valley, from the least X_s to the greatest.
-pub(super) fn valley(problem: &Loop) -> Vec<Bottom> {
+/// The bottom of the valley, from the least X_s to the greatest, at every so many-th place.
+pub(super) fn valley(problem: &Loop, every: usize) -> Vec<Bottom> {
     let [low, high] = X_RANGE.map(f64::ln);
     let part = |k: i32, steps: i32| f64::from(k) / f64::from(steps);
     let to_amplitude = (0..X_STEPS[0]).map(|k| low * (1.0 - part(k, X_STEPS[0])));
     let beyond = (0..=X_STEPS[1]).map(|k| high * part(k, X_STEPS[1]));
     let all = to_amplitude.chain(beyond);
-    all.map(|log_x| bottom(problem, log_x)).collect()
+    all.step_by(every)
+        .map(|log_x| bottom(problem, log_x))
+        .collect()
 }
 
 /// The best of the other unknowns for this X_s.
@@ -593,7 +595,9 @@ mod tests {
             })
             .collect();
         let force = x.iter().enumerate();
-        let force: Vec<f64> = force.map(|(k, x)| x + 0.3 * (0.02 * k as f64).cos()).collect();
+        let force: Vec<f64> = force
+            .map(|(k, x)| x + 0.3 * (std::f64::consts::TAU * k as f64 / 400.0).cos())
+            .collect();
         Record::new(&x, &force).expect("a loop")
     }
 

@@ -6,9 +6,12 @@ use super::masing::{CLEARANCES, Masing};
 use super::record::Record;
 use super::{Fit, fit::Bottom};
 use crate::error::Error;
+use nalgebra::DVector;
 
-/// Clearances over the amplitude where the search starts.
-const STARTS: [f64; 6] = [0.2, 0.4, 0.55, 0.7, 0.82, 0.92];
+/// Clearances over the amplitude where the search starts; the last one is not reached.
+const STARTS: [f64; 7] = [0.2, 0.4, 0.55, 0.7, 0.82, 0.92, CLEARANCES[1]];
+/// Of the places along the valley, every so many-th tells which start is good.
+const COARSE: usize = 3;
 /// So many of the best are followed.
 const FOLLOWED: usize = 4;
 
@@ -23,40 +26,51 @@ pub(super) fn with_stop(record: &Record) -> Loop<'_> {
 /// The least squares of the model with stops, and the valley of its best start.
 pub(super) fn solve(record: &Record) -> Result<(Solution, Vec<Bottom>), Error> {
     let problem = with_stop(record);
-    // For given clearances the stiffness is linear: the bottom of the valley with one more column, with a stop on both sides, only
-    // above, or only below.
-    let reached = CLEARANCES[1];
-    let sides = [[true, true], [true, false], [false, true]];
-    let mut starts: Vec<(f64, Vec<Bottom>)> = Vec::new();
-    for clearance in STARTS {
-        for side in sides {
-            let [above, below] = side.map(|there| if there { clearance } else { reached });
-            let column = record.displacement.iter().map(|x| {
-                let place = (x - record.centre) / record.amplitude;
-                (place - above).max(0.0) + (place + below).min(0.0)
-            });
-            let mut one = Loop::of(record);
-            one.columns = vec![column.collect()];
-            let mut bottoms = valley(&one);
-            for bottom in &mut bottoms {
-                let stiffness = bottom.unknowns[UNKNOWNS].max(0.0);
-                let mut all = bottom.unknowns.as_slice()[..UNKNOWNS].to_vec();
-                all.extend([above, below, stiffness]);
-                bottom.unknowns = all.into();
+    // For given clearances the stiffness is linear: the bottom of the valley with one more column.
+    let bottoms = |[above, below]: [f64; 2], every: usize| -> Vec<Bottom> {
+        let column = record.displacement.iter().map(|x| {
+            let place = (x - record.centre) / record.amplitude;
+            (place - above).max(0.0) + (place + below).min(0.0)
+        });
+        let mut one = Loop::of(record);
+        one.columns = vec![column.collect()];
+        let mut bottoms = valley(&one, every);
+        for bottom in &mut bottoms {
+            let stiffness = bottom.unknowns[UNKNOWNS].max(0.0);
+            let mut all = bottom.unknowns.as_slice()[..UNKNOWNS].to_vec();
+            all.extend([above, below, stiffness]);
+            bottom.unknowns = all.into();
+        }
+        bottoms
+    };
+    let mut tried: Vec<(f64, [f64; 2], DVector<f64>)> = Vec::new();
+    // One side after the other: both alike, then each for the best of the other; the last one is that it is not reached.
+    let alike = STARTS.map(|clearance| [clearance; 2]);
+    let mut places: Vec<[f64; 2]> = alike[..STARTS.len() - 1].to_vec();
+    for side in [1, 0, 1] {
+        for pair in places.drain(..) {
+            if tried.iter().any(|(_, other, _)| *other == pair) {
+                continue;
             }
-            let least = bottoms.iter().map(|b| b.sum).fold(f64::INFINITY, f64::min);
-            starts.push((least, bottoms));
+            let bottoms = bottoms(pair, COARSE);
+            let best = bottoms.into_iter().min_by(|a, b| a.sum.total_cmp(&b.sum));
+            tried.extend(best.map(|bottom| (bottom.sum, pair, bottom.unknowns)));
+        }
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, best, _)) = tried.first() {
+            places = STARTS.map(|clearance| {
+                let mut pair = *best;
+                pair[side] = clearance;
+                pair
+            }).to_vec();
         }
     }
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    starts.truncate(FOLLOWED);
-    let lowest_of = |bottoms: &[Bottom]| {
-        let best = bottoms.iter().min_by(|a, b| a.sum.total_cmp(&b.sum));
-        best.map(|bottom| bottom.unknowns.clone())
-    };
-    let best = search(&problem, starts.iter().filter_map(|(_, b)| lowest_of(b)));
+    tried.truncate(FOLLOWED);
+    let best = search(&problem, tried.iter().map(|(.., unknowns)| unknowns.clone()));
     let mut best = best.ok_or_else(|| bad("no start for the search"))?;
-    let bottoms = starts.swap_remove(0).1;
+    // Once more along the whole valley, with the clearances that were found.
+    let found = [0, 1].map(|k| best.parameters[UNKNOWNS + k]);
+    let bottoms = bottoms(found, 1);
     if let Some(other) = lowest(&problem, &bottoms)
         && other.sum < best.sum
     {

@@ -10,6 +10,7 @@ use std::time::SystemTime;
 
 /// Statuses of the C interface.
 pub const MEMORY_FULL: i32 = 1;
+pub const NOT_DESCRIBED: i32 = 2;
 pub const NULL_POINTER: i32 = -1;
 pub const BAD_PROPERTY: i32 = -2;
 pub const BAD_STATE: i32 = -3;
