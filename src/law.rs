@@ -439,7 +439,7 @@ impl<const N: usize> Law<N> {
             }
             Some(power) => {
                 from = before;
-                let ratio = if same_limit { 1.0 } else { limit.limit / old.limit.max(f64::MIN_POSITIVE) };
+                let ratio = if same_limit { 1.0 } else { limit.limit / old.limit.max(LIMIT_LEFT * limit.limit).max(f64::MIN_POSITIVE) };
                 let mut critical = before;
                 if !same_limit {
                     critical = before * ratio.min(f64::MAX).powf(power);
