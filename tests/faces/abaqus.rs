@@ -7,7 +7,7 @@ const MESSAGES: [(&str, &str, &str); 14] = [
     (
         "-2",
         "mepc UINTER: contact FEW, node 7, step 2, increment 5:",
-        "NSTATV = 20",
+        "NSTATV = 20: must be from 24 (default 84)",
     ),
     (
         "-2",
@@ -47,7 +47,7 @@ const MESSAGES: [(&str, &str, &str); 14] = [
     (
         "-3",
         "mepc VFRIC: contact SHORT, node 0, step 1, increment 9:",
-        "nStateVar = 30",
+        "nStateVar = 23",
     ),
     (
         "-3",
@@ -62,7 +62,7 @@ const MESSAGES: [(&str, &str, &str); 14] = [
     (
         "-3",
         "mepc VFRIC: contact STATE, node 12, step 1, increment 9:",
-        "statev(9) Base1_1 = NaN",
+        "statev(10) Forgotten = NaN",
     ),
     (
         "-3",
