@@ -20,12 +20,17 @@
 /*
  Version of this interface. A program compares it with what mepc_abi_version returns.
  */
-#define MEPC_ABI_VERSION 1
+#define MEPC_ABI_VERSION 2
 
 /*
- Advisory status: the state array is full and the least important reversal was dropped.
+ Advisory status: the state array is full and a remembered knot that mattered was dropped.
  */
 #define MEPC_MEMORY_FULL 1
+
+/*
+ Advisory status of mepc_iwan_identify: the model does not describe the loop. What was found is written all the same.
+ */
+#define MEPC_NOT_DESCRIBED 2
 
 /*
  Status: a required pointer is null.
@@ -86,7 +91,7 @@ typedef struct mepc_law mepc_law;
 
 #ifdef __cplusplus
 extern "C" {
-#endif // __cplusplus
+#endif /* __cplusplus */
 
 /*
  Version of the interface that the library offers; a program built against another MEPC_ABI_VERSION must not call it.
@@ -112,8 +117,8 @@ const char *mepc_last_error(void);
 /*
  Makes a law.
 
- props: nprops properties in the order of the property table (see the README); missing trailing entries take their
- defaults. gcr must be positive here: there is no characteristic length.
+ props: nprops properties in the order of the property table (see the README); zero and missing trailing entries take
+ their defaults. gcr must be positive here: there is no characteristic length.
  ndir: tangential directions, 1 or 2. nstate: numbers in a state array, see mepc_state_size.
  law: receives the new law, to be released with mepc_law_free; written only on success.
 
@@ -135,9 +140,9 @@ int32_t mepc_law_new(const double *props,
 void mepc_law_free(mepc_law *law);
 
 /*
- The default number of state variables (room for 8 remembered reversals besides the base grid), or a negative status.
+ The default number of state variables: 44 for one direction (16 knots), 84 for two (24 knots), or a negative status.
 
- A state may be longer (up to 64 reversals are used) or shorter (2 at least).
+ A state may be longer (up to 64 knots of 1 + ndir numbers are used) or shorter (12 numbers and 4 knots at least).
 
  props points to nprops numbers.
  */
@@ -157,6 +162,7 @@ const char *mepc_state_name(const mepc_law *law, int32_t index);
 
  slip_increment: [ndir] tangential slip of the increment, length. pressure: at the end of the increment, positive in
  compression; zero or less is an open contact: no traction, and the memory is cleared.
+ mu_factor: one number >= 0 by which the friction coefficient is multiplied in this increment, or NULL (1).
  state0: [nstate] at the start of the increment; all zeros is the virgin state. state1: [nstate] at its end; may be
  the same array as state0, but must not overlap it otherwise.
  traction: [ndir] friction traction (force per area) with the sign of the slip.
@@ -164,13 +170,14 @@ const char *mepc_state_name(const mepc_law *law, int32_t index);
  energy: [2] per area: stored at the end, dissipated in the increment; or NULL.
 
  Returns 0, MEPC_MEMORY_FULL (a valid result), or a negative status; outputs are written only when it is not negative.
- A pure function of law, state0, slip_increment and pressure: repeat, reject and restart at will.
+ A pure function of law, state0, slip_increment, pressure and mu_factor: repeat, reject and restart at will.
 
  law came from mepc_law_new, and arrays are as long as described.
  */
 int32_t mepc_friction(const mepc_law *law,
                       const double *slip_increment,
                       double pressure,
+                      const double *mu_factor,
                       const double *state0,
                       double *state1,
                       double *traction,
@@ -182,10 +189,10 @@ int32_t mepc_friction(const mepc_law *law,
  Interface form: one contact point, one increment, with the normal penalty (PROPS 7, kn > 0 required).
 
  opening: [1+ndir] total opening at the end of the increment, lengths: normal first (positive when open), then
- tangential. state0, state1: as in mepc_friction.
+ tangential. mu_factor, state0, state1: as in mepc_friction.
  traction: [1+ndir]: normal (negative in compression), then friction with the sign of the tangential jump.
  tangent: [(1+ndir)*(1+ndir)] row-major d traction_i / d opening_j, not symmetric; or NULL.
- energy: [2] per area: stored by friction at the end, dissipated in the increment; or NULL.
+ energy: [2] per area: stored at the end by friction and by the normal penalty, dissipated in the increment; or NULL.
 
  Returns and guarantees as mepc_friction.
 
@@ -193,6 +200,7 @@ int32_t mepc_friction(const mepc_law *law,
  */
 int32_t mepc_interface(const mepc_law *law,
                        const double *opening,
+                       const double *mu_factor,
                        const double *state0,
                        double *state1,
                        double *traction,
@@ -202,7 +210,7 @@ int32_t mepc_interface(const mepc_law *law,
 /*
  Friction form for n points.
 
- Arrays hold point after point: slip_increment [n*ndir], pressure [n], state0 and state1 [n*nstate], traction [n*ndir],
+ Arrays hold point after point: slip_increment [n*ndir], pressure [n], mu_factor [n] or NULL, state0 and state1 [n*nstate], traction [n*ndir],
  dtraction_dslip [n*ndir*ndir] or NULL, dtraction_dpressure [n*ndir] or NULL, energy [n*2] or NULL.
  statuses: [n] or NULL. threads: 1 = this thread, 0 = as many as there are cores, otherwise that many.
 
@@ -216,6 +224,7 @@ int32_t mepc_friction_batch(const mepc_law *law,
                             int64_t n,
                             const double *slip_increment,
                             const double *pressure,
+                            const double *mu_factor,
                             const double *state0,
                             double *state1,
                             double *traction,
@@ -228,7 +237,7 @@ int32_t mepc_friction_batch(const mepc_law *law,
 /*
  Interface form for n points.
 
- Arrays hold point after point: opening [n*(1+ndir)], state0 and state1 [n*nstate], traction [n*(1+ndir)],
+ Arrays hold point after point: opening [n*(1+ndir)], mu_factor [n] or NULL, state0 and state1 [n*nstate], traction [n*(1+ndir)],
  tangent [n*(1+ndir)*(1+ndir)] or NULL, energy [n*2] or NULL. statuses, threads and the result as in
  mepc_friction_batch.
 
@@ -237,6 +246,7 @@ int32_t mepc_friction_batch(const mepc_law *law,
 int32_t mepc_interface_batch(const mepc_law *law,
                              int64_t n,
                              const double *opening,
+                             const double *mu_factor,
                              const double *state0,
                              double *state1,
                              double *traction,
@@ -244,6 +254,57 @@ int32_t mepc_interface_batch(const mepc_law *law,
                              double *energy,
                              int32_t *statuses,
                              int32_t threads);
+
+/*
+ Friction form: one contact point, n increments one after the other.
+
+ Arrays hold increment after increment: slip_increment [n*ndir], pressure [n], mu_factor [n] or NULL, traction [n*ndir],
+ dtraction_dslip [n*ndir*ndir] or NULL, dtraction_dpressure [n*ndir] or NULL, energy [n*2] or NULL; each means what it
+ means in mepc_friction. state: [nstate], at the start of the history on entry, at its end on return.
+
+ Stops at the first increment that is refused: state is then the one before it, what was written for the increments
+ before it stays, later rows are untouched, and mepc_last_error names the increment (from 0).
+ Returns 0, MEPC_MEMORY_FULL (in some increment), or the negative status of the refused one.
+
+ law came from mepc_law_new, and arrays are as long as described.
+ */
+int32_t mepc_friction_history(const mepc_law *law,
+                              int64_t n,
+                              const double *slip_increment,
+                              const double *pressure,
+                              const double *mu_factor,
+                              double *state,
+                              double *traction,
+                              double *dtraction_dslip,
+                              double *dtraction_dpressure,
+                              double *energy);
+
+/*
+ Friction form: whole histories of npoints contact points, n increments each.
+
+ Arrays hold the history of one point after that of another: slip_increment [npoints*n*ndir], pressure [npoints*n],
+ mu_factor [npoints*n] or NULL, state [npoints*nstate], traction [npoints*n*ndir], dtraction_dslip
+ [npoints*n*ndir*ndir] or NULL, dtraction_dpressure [npoints*n*ndir] or NULL, energy [npoints*n*2] or NULL; for each
+ point as in mepc_friction_history. statuses: [npoints] or NULL. threads as in mepc_friction_batch.
+
+ A point whose increment is refused stops there; the others go on. Returns the most negative status, else the largest,
+ and mepc_last_error names the first point with it, and its increment. The result does not depend on threads.
+
+ law came from mepc_law_new, and arrays are as long as described.
+ */
+int32_t mepc_friction_history_batch(const mepc_law *law,
+                                    int64_t npoints,
+                                    int64_t n,
+                                    const double *slip_increment,
+                                    const double *pressure,
+                                    const double *mu_factor,
+                                    double *state,
+                                    double *traction,
+                                    double *dtraction_dslip,
+                                    double *dtraction_dpressure,
+                                    double *energy,
+                                    int32_t *statuses,
+                                    int32_t threads);
 
 /*
  The improved four-parameter Iwan model of a joint: forces of its steady loop.
@@ -290,7 +351,7 @@ int32_t mepc_iwan_identify(int64_t n,
                            double *misfit);
 
 #ifdef __cplusplus
-}  // extern "C"
-#endif  // __cplusplus
+}  /* extern "C" */
+#endif  /* __cplusplus */
 
 #endif  /* MEPC_H */

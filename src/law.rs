@@ -1,22 +1,30 @@
-//! The contact law: properties and a grid, made once and never changed; the friction and the interface form.
+//! The contact law: properties checked once; the friction form and the interface form.
 
 use crate::backbone::Choice;
-use crate::error::{Error, Kind, Number};
-use crate::memory::{Curve, Grid, Increment, Matrix, Vector, length};
-use crate::properties::{Method, PressureRule, Properties};
-use crate::state::{Contact, Header, Layout};
-use std::fmt::Display;
+use crate::error::{Error, Kind};
+use crate::limit::{Limit, Traction};
+use crate::memory::{self, Increment, Matrix, Outcome, Vector};
+use crate::number::{finite, within};
+use crate::properties::{HIGHEST, Method, Properties};
+use crate::state::{Contact, End, Header, Knot, Knots, Layout};
 
 /// Where the host has no Lagrange multipliers, this factor on the critical slip stands for rigid stick.
 pub const RIGID: f64 = 1e-3;
-/// The largest mu kn of the interface form: what follows from it is still a number.
-const STIFFEST: f64 = 1e300;
-/// The largest pressure taken, for the same reason.
-const HIGHEST: f64 = 1e300;
+/// The longest slip increment, over the critical slip; fourth powers of it are still numbers.
+const LONGEST: f64 = 1e60;
 /// The largest number taken where its square must be one.
 pub(crate) const SQUARED: f64 = 1e150;
-/// The longest slip increment taken, in critical slips; its square is still a number.
-const LONGEST: f64 = 1e100;
+/// An opening that the host does not know (its -1e36 in the other sign).
+pub const UNKNOWN_OPENING: f64 = 1e36;
+/// When the limit, or the critical slip, falls below these parts of what it was, nothing of the curve is left.
+const LIMIT_LEFT: f64 = 1e-30;
+const CRITICAL_LEFT: f64 = 1e-12;
+/// A critical slip below this, a length, holds no curve: it is as if there were no limit.
+const CRITICAL_LEAST: f64 = 1e-130;
+/// Critical slips in which the memory curve counts as it is: fourth powers of lengths are numbers.
+const ORDINARY: [f64; 2] = [1e-10, 1e10];
+/// In one direction a knot that was worth less than this part of T is not missed, in two less than this.
+const MISSED: [f64; 2] = [1e-14, 1e-3];
 
 /// The law for N tangential directions (1 or 2). Immutable; share it between threads.
 #[derive(Clone, Debug)]
@@ -24,9 +32,9 @@ pub struct Law<const N: usize> {
     properties: Properties,
     layout: Layout,
     backbone: Choice,
-    grid: Grid<N>,
-    /// The smallest gap taken in the interface form: its pressure is the highest.
-    deepest: f64,
+    limit: Limit,
+    /// 1 / chi of the consistent rule, None for the proportional rule.
+    growth: Option<f64>,
 }
 
 /// What the contact gives at the end of an increment, friction form. All per area.
@@ -38,13 +46,15 @@ pub struct Response<const N: usize> {
     pub dtraction_dslip: Matrix<N>,
     /// d traction / d pressure at the end of the increment.
     pub dtraction_dpressure: Vector<N>,
-    /// Elastic energy held at the end.
+    /// Elastic energy held by friction at the end.
     pub stored: f64,
-    /// Energy dissipated in the increment: by slip, and by the pressure change.
+    /// Energy dissipated in the increment.
     pub dissipated: f64,
+    /// Change of the elastic slip: the deflection of the slip element that slips last.
+    pub elastic_slip: Vector<N>,
     /// Where the contact stands.
     pub contact: Contact,
-    /// True when a reversal had to be forgotten because the state array is full.
+    /// True when a knot that mattered had to be forgotten because the state array is full.
     pub memory_full: bool,
 }
 
@@ -57,30 +67,59 @@ pub struct InterfaceResponse<const N: usize> {
     pub normal_stiffness: f64,
     /// d tangential traction / d normal opening.
     pub dtraction_dopening: Vector<N>,
+    /// Elastic energy of the normal spring, per area.
+    pub normal_energy: f64,
     /// The tangential part.
     pub friction: Response<N>,
+}
+
+/// Where an increment starts: what the state holds, or a curve that takes its place.
+pub(crate) struct Start<const N: usize> {
+    pub header: Header,
+    pub knots: Knots<N>,
+}
+
+impl<const N: usize> Start<N> {
+    /// A place to read a state into.
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Start {
+            header: Header::default(),
+            knots: Knots::new(),
+        }
+    }
+
+    /// Deflection of the slip element that slips last; zero when there is no curve.
+    #[inline(always)]
+    pub(crate) fn last_deflection(&self) -> Vector<N> {
+        last_deflection(&self.knots)
+    }
+}
+
+#[inline(always)]
+fn last_deflection<const N: usize>(knots: &Knots<N>) -> Vector<N> {
+    knots.last().map_or(Vector::zeros(), |knot| knot.u.into())
 }
 
 impl<const N: usize> Law<N> {
     /// The law that PROPS name, for states of `nstate` numbers.
     ///
     /// # Errors
-    /// Bad properties, an array too short for two floating knots, or N not 1 or 2.
+    /// Bad properties, an array too short for four knots, or N not 1 or 2.
     pub fn new(props: &[f64], nstate: usize) -> Result<Self, Error> {
         check_directions(N)?;
         let properties = Properties::new(props)?;
-        let layout = Layout::new(N, base_knots(&properties, N), nstate)?;
-        let backbone = properties.backbone();
-        let grid = match &backbone {
-            Choice::PowerLaw(curve) => Grid::new(curve, layout.base),
-            Choice::Segalman(curve) => Grid::new(curve, layout.base),
+        let layout = Layout::new(N, nstate)?;
+        let chi = match properties.method {
+            Method::Memory => properties.exponent,
+            Method::Penalty | Method::Lagrange => 1.0,
         };
         Ok(Law {
-            deepest: -HIGHEST / properties.kn.max(1.0),
-            properties,
             layout,
-            backbone,
-            grid,
+            backbone: properties.backbone(),
+            limit: Limit::new(&properties),
+            growth: (properties.reference_pressure > 0.0).then_some(1.0 / chi),
+            properties,
         })
     }
 
@@ -94,11 +133,7 @@ impl<const N: usize> Law<N> {
         &self.layout
     }
 
-    pub(crate) fn grid(&self) -> &Grid<N> {
-        &self.grid
-    }
-
-    /// The critical slip used by [`Law::friction`]: rigid stick becomes a stiff penalty.
+    /// The critical slip at the reference pressure used by [`Law::friction`]: rigid stick becomes a stiff penalty.
     ///
     /// # Errors
     /// gcr = 0 without a characteristic length (0: the host has none).
@@ -110,31 +145,72 @@ impl<const N: usize> Law<N> {
         })
     }
 
-    /// Stiffness of the sticking contact, pressure per length, for the critical slip `gcr`.
+    /// Stiffness of the sticking contact that closed under this pressure, traction per length; `gcr` as in [`Law::friction`].
     pub fn sticking_stiffness(&self, gcr: f64, pressure: f64) -> f64 {
-        self.properties.mu * pressure.max(0.0) / gcr * self.grid.initial_slope()
+        let limit = self.limit.at(pressure.max(0.0), 1.0, 0.0).limit;
+        let critical = self.fresh_critical(gcr, limit);
+        if pressure > 0.0 && critical > 0.0 {
+            limit / critical * self.backbone.initial_slope()
+        } else {
+            0.0
+        }
     }
 
-    /// Friction form: the slip increment (length) and the pressure at its end.
+    /// Friction form: the slip increment (length), the pressure at its end and the caller's factor on mu (1: none).
     ///
     /// `gcr` comes from [`Law::critical_slip`]. Reads `state0` (start of the increment), writes `state1` only on
     /// success; both hold `nstate` numbers.
     ///
     /// # Errors
-    /// Numbers that are not finite, gcr <= 0, increments beyond 1e100 critical slips, pressures beyond 1e300, a corrupt state.
+    /// Numbers that are not finite, gcr <= 0, increments beyond 1e60 critical slips, pressures beyond 1e300, a corrupt state.
     #[inline]
     pub fn friction(
         &self,
         gcr: f64,
         slip_increment: &Vector<N>,
         pressure: f64,
+        mu_factor: f64,
         state0: &[f64],
         state1: &mut [f64],
     ) -> Result<Response<N>, Error> {
-        check_critical_slip(gcr)?;
-        let mut memory = Curve::new();
-        let header = self.read(state0, &mut memory)?;
-        self.friction_from(header, &mut memory, gcr, slip_increment, pressure, state1)
+        self.check_end(state1)?;
+        let mut start = Start::new();
+        let mut end = End::new();
+        self.read(state0, &mut start)?;
+        let response =
+            self.friction_from(&mut start, gcr, slip_increment, pressure, mu_factor, &mut end)?;
+        self.layout.write(&end, state1);
+        Ok(response)
+    }
+
+    /// Interface form: the total opening, normal (positive when open) and tangential (lengths).
+    ///
+    /// # Errors
+    /// As [`Law::friction`]; kn = 0.
+    #[inline]
+    pub fn interface(
+        &self,
+        gcr: f64,
+        normal: f64,
+        tangential: &Vector<N>,
+        mu_factor: f64,
+        state0: &[f64],
+        state1: &mut [f64],
+    ) -> Result<InterfaceResponse<N>, Error> {
+        self.check_end(state1)?;
+        let mut start = Start::new();
+        let mut end = End::new();
+        self.read(state0, &mut start)?;
+        let response =
+            self.interface_from(&mut start, gcr, normal, tangential, mu_factor, &mut end)?;
+        self.layout.write(&end, state1);
+        Ok(response)
+    }
+
+    /// Reads and checks a state.
+    #[inline(always)]
+    pub(crate) fn read(&self, state0: &[f64], start: &mut Start<N>) -> Result<(), Error> {
+        self.layout.read(state0, &mut start.header, &mut start.knots)
     }
 
     /// Refuses an end state of another length.
@@ -143,335 +219,469 @@ impl<const N: usize> Law<N> {
         if state1.len() == self.layout.nstate {
             return Ok(());
         }
-        Err(Error::new(
-            Kind::BadState,
-            format!(
-                "state1 has {} numbers, not {}",
-                state1.len(),
-                self.layout.nstate
-            ),
-        ))
+        let expected = format!("must have room for {} numbers", self.layout.nstate);
+        Err(Error::about(Kind::BadState, "state1", expected).count(state1.len()))
     }
 
-    /// Deflection of the last slip element, r = 1, over gcr.
+    /// G of a contact that closes under the limit T: gcr (T/T0)^(1/chi), or gcr.
     #[inline(always)]
-    pub(crate) fn last_deflection(&self, memory: &Curve<N>) -> Vector<N> {
-        Vector::from(memory.base()[self.layout.base - 1])
+    fn fresh_critical(&self, gcr: f64, limit: f64) -> f64 {
+        let reference = self.limit.reference();
+        match self.growth {
+            Some(_) if limit == reference || reference == 0.0 => gcr,
+            Some(power) => gcr * (limit / reference).powf(power),
+            None => gcr,
+        }
     }
 
-    /// Reads and checks a state; its memory goes to `memory`, empty before.
+    /// The limit traction of this increment.
     #[inline(always)]
-    pub(crate) fn read(&self, state0: &[f64], memory: &mut Curve<N>) -> Result<Header, Error> {
-        self.layout.read(state0, &self.grid, memory)
+    pub(crate) fn limit(&self, pressure: f64, mu_factor: f64, header: &Header) -> Traction {
+        self.limit.at(pressure, mu_factor, header.slip_length)
     }
 
-    /// Interface form: the total opening, normal (positive when open) and tangential (lengths).
-    ///
-    /// # Errors
-    /// As [`Law::friction`]; kn = 0, or mu kn beyond 1e300.
-    #[inline]
-    pub fn interface(
+    /// [`Law::friction`] from a state that was read, to one not yet written.
+    #[inline(always)]
+    pub(crate) fn friction_from(
         &self,
+        start: &mut Start<N>,
         gcr: f64,
-        normal: f64,
-        tangential: &Vector<N>,
-        state0: &[f64],
-        state1: &mut [f64],
-    ) -> Result<InterfaceResponse<N>, Error> {
+        slip_increment: &Vector<N>,
+        pressure: f64,
+        mu_factor: f64,
+        end: &mut End<N>,
+    ) -> Result<Response<N>, Error> {
         check_critical_slip(gcr)?;
-        let mut memory = Curve::new();
-        let header = self.read(state0, &mut memory)?;
-        self.interface_from(header, &mut memory, gcr, normal, tangential, state1)
+        check_pressure(pressure)?;
+        check_factor(mu_factor)?;
+        for (index, slip) in slip_increment.iter().enumerate() {
+            check_within("slip_increment", index, *slip, SQUARED)?;
+        }
+        if pressure <= 0.0 {
+            return self.open(start, end);
+        }
+        let limit = self.limit(pressure, mu_factor, &start.header);
+        if start.header.pressure == 0.0 {
+            // A fresh start: first the critical slip at the new pressure, then the slip.
+            self.close(start, gcr, limit.limit);
+        }
+        self.advance(start, gcr, slip_increment, pressure, limit, end)
     }
 
-    /// [`Law::interface`] from a state that was read.
-    #[inline]
+    /// [`Law::interface`] from a state that was read, to one not yet written.
+    #[inline(always)]
     pub(crate) fn interface_from(
         &self,
-        mut header: Header,
-        memory: &mut Curve<N>,
+        start: &mut Start<N>,
         gcr: f64,
         normal: f64,
         tangential: &Vector<N>,
-        state1: &mut [f64],
+        mu_factor: f64,
+        end: &mut End<N>,
     ) -> Result<InterfaceResponse<N>, Error> {
-        let Properties { mu, kn, gap0, .. } = self.properties;
-        // The friction of the normal stiffness stands in the tangent: it must be a number, too.
-        if kn <= 0.0 || kn * mu > STIFFEST {
-            return Err(Error::new(
-                Kind::BadProperty,
-                format!(
-                    "PROPS(7) kn = {kn:?}: the interface form needs a normal stiffness > 0, and mu kn no larger than {STIFFEST:e}"
-                ),
-            ));
+        let Properties { kn, gap0, normal_exponent: m, .. } = self.properties;
+        check_critical_slip(gcr)?;
+        check_factor(mu_factor)?;
+        if kn <= 0.0 {
+            let expected = "must be > 0: the interface form needs a normal stiffness";
+            return Err(Error::about(Kind::BadProperty, "PROPS", expected).index(6).name("kn").number(kn));
         }
-        let gap = normal + gap0;
-        if !within(normal, HIGHEST) || gap < self.deepest {
-            return Err(too_deep(normal));
+        check_within("opening", 0, normal, SQUARED)?;
+        let jump = start.header.jump;
+        let mut increment = Vector::<N>::zeros();
+        for (index, value) in tangential.iter().enumerate() {
+            check_within("opening", 1 + index, *value, SQUARED)?;
+            increment[index] = value - jump[index];
         }
-        let pressure = kn * (-gap).max(0.0);
-        let increment = tangential - Vector::from_column_slice(&header.jump[..N]);
-        for index in 0..N {
-            check_length(
-                "opening",
-                1 + index,
-                tangential[index],
-                increment[index],
-                gcr,
-            )?;
+        // The gap before and after; closed where it is negative.
+        let before = start.header.opening + gap0;
+        let unknown = start.header.opening >= UNKNOWN_OPENING;
+        let after = normal + gap0;
+        start.header.opening = normal;
+        start.header.jump[..N].copy_from_slice(tangential.as_slice());
+        if after >= 0.0 {
+            let friction = self.open(start, end)?;
+            return Ok(InterfaceResponse {
+                // Not -0: an open point has no sign.
+                normal_traction: 0.0,
+                // A point that just touches is stiff already: a host's first iteration starts there.
+                normal_stiffness: if after == 0.0 && m == 1.0 { kn } else { 0.0 },
+                dtraction_dopening: Vector::zeros(),
+                normal_energy: 0.0,
+                friction,
+            });
         }
-        header.jump[..N].copy_from_slice(tangential.as_slice());
-        let friction = self.friction_from(header, memory, gcr, &increment, pressure, state1)?;
-        // A point that just touches is stiff already: a host's first iteration starts there.
-        let stiffness = if gap <= 0.0 { kn } else { 0.0 };
+        // p = kn (-gap)^m.
+        let power = if m == 1.0 { 1.0 } else { (-after).powf(m - 1.0) };
+        let (pressure, stiffness) = (kn * power * -after, m * kn * power);
+        if !within(pressure, HIGHEST) || !within(stiffness * self.properties.mu.max(1.0), HIGHEST) {
+            let expected = "must be such that the pressure and mu times the normal stiffness that follow are no larger than 1e300";
+            return Err(Error::about(Kind::BadInput, "opening", expected).index(0).number(normal));
+        }
+        let limit = self.limit(pressure, mu_factor, &start.header);
+        // The part of the step in which the contact is closed, and how it changes with the opening.
+        let (mut part, mut part_slope) = (1.0, 0.0);
+        if unknown {
+            start.header.pressure = 0.0;
+            self.close(start, gcr, limit.limit);
+        } else if before < 0.0 {
+            if start.header.pressure == 0.0 {
+                // Closed from the first: an interference.
+                let first = if m == 1.0 { kn * -before } else { kn * (-before).powf(m) };
+                let first = first.min(HIGHEST);
+                let limit = self.limit(first, mu_factor, &start.header).limit;
+                self.close(start, gcr, limit);
+                start.header.pressure = first;
+            }
+        } else {
+            // It closes within the step: from the limit without pressure, straight in slip and critical slip.
+            let travel = before - after;
+            (part, part_slope) = (-after / travel, -before / (travel * travel));
+            let limit = match self.growth {
+                Some(_) => self.limit(0.0, mu_factor, &start.header).limit,
+                None => limit.limit,
+            };
+            self.close(start, gcr, limit);
+        }
+        let mut friction =
+            self.advance(start, gcr, &(increment * part), pressure, limit, end)?;
+        let by_opening = friction.dtraction_dpressure * -stiffness
+            + friction.dtraction_dslip * increment * part_slope;
+        friction.dtraction_dslip *= part;
+        let normal_energy = pressure * -after / (m + 1.0);
+        if !(finite(normal_energy) && finite(by_opening.sum())) {
+            return Err(not_a_result(pressure, &increment));
+        }
         Ok(InterfaceResponse {
-            // Not -pressure: an open point has no sign.
-            normal_traction: 0.0 - pressure,
+            normal_traction: -pressure,
             normal_stiffness: stiffness,
-            dtraction_dopening: friction.dtraction_dpressure * -stiffness,
+            dtraction_dopening: by_opening,
+            normal_energy,
             friction,
         })
     }
 
-    /// [`Law::friction`] from a state that was read: the pressure rule, the memory curve, the physical units.
+    /// The traction is gone, and with it the energy it held.
+    #[cold]
+    fn open(&self, start: &Start<N>, end: &mut End<N>) -> Result<Response<N>, Error> {
+        let old = start.header;
+        end.header = Header {
+            dissipated: old.dissipated + old.stored,
+            slip_length: old.slip_length,
+            opening: old.opening,
+            jump: old.jump,
+            ..Header::default()
+        };
+        end.knots.clear();
+        if !finite(end.header.dissipated) {
+            return Err(not_a_result(0.0, &Vector::<N>::zeros()));
+        }
+        Ok(Response {
+            traction: Vector::zeros(),
+            dtraction_dslip: Matrix::zeros(),
+            dtraction_dpressure: Vector::zeros(),
+            stored: 0.0,
+            dissipated: old.stored,
+            elastic_slip: -start.last_deflection(),
+            contact: Contact::Open,
+            memory_full: false,
+        })
+    }
+
+    /// A contact that closes under the limit T: all slip elements without deflection.
     #[inline(always)]
-    pub(crate) fn friction_from(
+    fn close(&self, start: &mut Start<N>, gcr: f64, limit: f64) {
+        start.knots.clear();
+        start.header.limit = limit;
+        let critical = self.fresh_critical(gcr, limit);
+        if limit > 0.0 || self.growth.is_none() {
+            start.knots.push(Knot { r: critical, u: [0.0; N] });
+        }
+    }
+
+    /// A closed contact goes on: the critical slip that follows from the limit, the memory curve, the physical units.
+    // Not inlined: one copy per number of directions, not one per face.
+    #[inline(never)]
+    fn advance(
         &self,
-        old: Header,
-        memory: &mut Curve<N>,
+        start: &mut Start<N>,
         gcr: f64,
         slip_increment: &Vector<N>,
         pressure: f64,
-        state1: &mut [f64],
+        limit: Traction,
+        end: &mut End<N>,
     ) -> Result<Response<N>, Error> {
-        self.check_end(state1)?;
-        check_pressure(pressure)?;
-        for (index, slip) in slip_increment.iter().enumerate() {
-            check_length("slip_increment", index, *slip, *slip, gcr)?;
-        }
-        let d = slip_increment / gcr;
-        let mut header = old;
-        if pressure <= 0.0 {
-            // Opening: the traction is gone, and with it the energy it held.
-            header.contact = Contact::Open;
-            header.pressure = 0.0;
-            header.stored = 0.0;
-            header.dissipated += old.stored;
-            check_finite(&"accumulated dissipation", header.dissipated)?;
-            self.layout.write::<N>(&header, None, state1);
-            return Ok(Response {
-                traction: Vector::zeros(),
-                dtraction_dslip: Matrix::zeros(),
-                dtraction_dpressure: Vector::zeros(),
-                stored: 0.0,
-                dissipated: old.stored,
-                contact: Contact::Open,
-                memory_full: false,
-            });
-        }
-        let unloaded =
-            self.properties.pressure_rule == PressureRule::Dissipative && pressure > old.pressure;
-        let (scale, lost) = if old.pressure == 0.0 {
-            // A fresh start: nothing to remember from before.
-            memory.forget();
-            (1.0, 0.0)
-        } else if pressure == old.pressure {
-            (1.0, 0.0)
-        } else if unloaded {
-            // New stiffness arrives unloaded: deflections shrink, tractions stay.
-            let part = old.pressure / pressure;
-            (part, old.stored * (1.0 - part))
-        } else {
-            (1.0, old.stored * (1.0 - pressure / old.pressure))
+        let (strength, old_strength) = (limit.limit, start.header.limit);
+        let deflection = start.last_deflection();
+        let before = start.knots.last().map_or(0.0, |knot| knot.r);
+        // G before and after, and what psi loses besides slip.
+        let (mut from, mut to, mut lost) = (before, before, 0.0);
+        let same = match self.growth {
+            None => strength == old_strength && before == gcr,
+            Some(_) => strength == old_strength && before >= CRITICAL_LEAST,
         };
-        let mut next = Curve::new();
-        let room = self.layout.floating;
-        let Increment {
-            traction,
-            tangent,
-            shrinkage,
-            stored,
-            dissipated,
-            contact,
-            full,
-        } = match &self.backbone {
+        if !same {
+            (from, to, lost) = self.grow(start, gcr, strength);
+            if to == 0.0 {
+                return self.without_limit(start, slip_increment, pressure, limit, end);
+            }
+        }
+        if !within(to, SQUARED) || !within(strength, HIGHEST) {
+            return Err(not_a_result(pressure, slip_increment));
+        }
+        let length = slip_increment.norm();
+        if !(length * (1.0 / LONGEST) <= to) {
+            return Err(too_long(slip_increment, to));
+        }
+        // A slip whose square is none has no direction.
+        let mut increment = Increment {
+            slip: if length > 0.0 { *slip_increment } else { Vector::zeros() },
+            before: from,
+            critical: to,
+            limit_ratio: if from == to { 1.0 } else { old_strength / strength },
+            room: self.layout.knots,
+            resolution: self.properties.resolution,
+            forgotten: start.header.forgotten,
+        };
+        let mut unit = 1.0;
+        if !(ORDINARY[0]..=ORDINARY[1]).contains(&to) {
+            // In a unit of length in which G is about 1; a power of two, so that nothing is rounded.
+            unit = power_of_two_near(to);
+            scale(&mut start.knots, 1.0 / unit);
+            increment.slip /= unit;
+            increment.before /= unit;
+            increment.critical /= unit;
+            if increment.slip.amax() < 1e-140 {
+                increment.slip.fill(0.0);
+            }
+        }
+        let nothing = same && slip_increment.iter().all(|d| *d == 0.0);
+        let copy = if nothing { Some(start.knots.clone()) } else { None };
+        let mut outcome = Outcome::new();
+        match &self.backbone {
+            Choice::FiveHalves(curve) => {
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+            }
             Choice::PowerLaw(curve) => {
-                memory.advance(curve, &self.grid, &d, scale, room, &mut next)
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
             }
             Choice::Segalman(curve) => {
-                memory.advance(curve, &self.grid, &d, scale, room, &mut next)
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
             }
-        };
-        let limit = self.properties.mu * pressure;
-        let energy = limit * gcr;
-        let stored = if contact.is_none() && pressure == old.pressure {
-            // Nothing happened: not a bit changes.
-            old.stored
-        } else {
-            stored * energy
+        }
+        let old = &start.header;
+        let energy = strength * unit;
+        let mut stored = (outcome.stored * energy).max(0.0);
+        if let Some(copy) = copy {
+            // Not a bit changes.
+            end.knots = copy;
+            stored = old.stored;
+            outcome.forgotten = old.forgotten;
+            if old.contact != Contact::Open {
+                outcome.contact = old.contact;
+            }
+        }
+        if unit != 1.0 {
+            scale(&mut end.knots, unit);
+        }
+        let by_pressure = match self.growth {
+            // dG/dT = G / (chi T)
+            Some(power) => outcome.by_growth * (limit.slope * increment.critical * power),
+            None => outcome.traction * limit.slope,
         };
         let response = Response {
-            traction: traction * limit,
-            dtraction_dslip: tangent * (limit / gcr),
-            dtraction_dpressure: if unloaded {
-                (traction - shrinkage) * self.properties.mu
-            } else {
-                traction * self.properties.mu
-            },
+            traction: outcome.traction * strength,
+            dtraction_dslip: outcome.by_slip * (strength / unit),
+            dtraction_dpressure: by_pressure,
             stored,
-            dissipated: dissipated * energy + lost,
-            contact: contact.unwrap_or(match old.contact {
-                Contact::Open => Contact::Stick,
-                stays => stays,
-            }),
-            memory_full: full,
+            dissipated: outcome.dissipated * energy + lost,
+            elastic_slip: last_deflection(&end.knots) - deflection,
+            contact: outcome.contact,
+            memory_full: !nothing && outcome.forgotten > MISSED[N - 1],
         };
-        header.contact = response.contact;
-        header.pressure = pressure;
-        header.stored = response.stored;
-        header.dissipated += response.dissipated;
-        header.slip_length += length(slip_increment);
+        end.header = Header {
+            contact: response.contact,
+            pressure,
+            limit: strength,
+            stored,
+            dissipated: old.dissipated + response.dissipated,
+            slip_length: old.slip_length + length,
+            opening: old.opening,
+            jump: old.jump,
+            forgotten: if N == 1 { 0.0 } else { outcome.forgotten },
+        };
         // Huge but finite inputs may overflow in a product; nothing infinite may leave.
         let sum = response.traction.sum()
             + response.dtraction_dslip.sum()
             + response.dtraction_dpressure.sum()
-            + header.stored
-            + header.dissipated
-            + header.slip_length;
-        if !sum.is_finite() {
+            + end.header.stored
+            + end.header.dissipated
+            + end.header.slip_length;
+        if !finite(sum) {
             return Err(not_a_result(pressure, slip_increment));
         }
-        self.layout.write(&header, Some(&next), state1);
+        Ok(response)
+    }
+
+    /// What a changed limit, or another gcr under the proportional rule, makes of the curve: G before and after, and what psi
+    /// loses besides slip. G = 0 after: there is no limit.
+    #[inline(never)]
+    fn grow(&self, start: &mut Start<N>, gcr: f64, limit: f64) -> (f64, f64, f64) {
+        let Start { header: old, knots } = start;
+        let before = knots.last().map_or(0.0, |knot| knot.r);
+        let Some(power) = self.growth else {
+            if before == 0.0 {
+                knots.push(Knot { r: gcr, u: [0.0; N] });
+                return (gcr, gcr, 0.0);
+            }
+            if before != gcr {
+                // The host changed gcr, or the state comes from elsewhere: the curve scales with it.
+                scale(knots, gcr / before);
+                knots.last_mut().expect("a curve").r = gcr;
+            }
+            let lost = if old.stored > 0.0 {
+                old.stored * (1.0 - limit / old.limit.max(f64::MIN_POSITIVE) * (gcr / before))
+            } else {
+                0.0
+            };
+            return (gcr, gcr, lost);
+        };
+        let ratio = limit / old.limit.max(f64::MIN_POSITIVE);
+        let mut critical = before;
+        if limit != old.limit {
+            critical = before * ratio.min(f64::MAX).powf(power);
+        }
+        let (mut from, mut lost) = (before, 0.0);
+        if before < CRITICAL_LEFT * critical || old.limit < LIMIT_LEFT * limit || before == 0.0 {
+            // Nothing that matters is left of the curve: it grows from the apex.
+            critical = self.fresh_critical(gcr, limit);
+            (from, lost) = (0.0, old.stored);
+            knots.clear();
+        }
+        let gone = limit < LIMIT_LEFT * old.limit || critical < CRITICAL_LEFT * before;
+        if gone || limit == 0.0 || critical < CRITICAL_LEAST {
+            critical = 0.0;
+        }
+        (from, critical, lost)
+    }
+
+    /// Closed, but without any limit (consistent rule): no traction, and what was stored is dissipated.
+    #[cold]
+    fn without_limit(
+        &self,
+        start: &Start<N>,
+        slip_increment: &Vector<N>,
+        pressure: f64,
+        limit: Traction,
+        end: &mut End<N>,
+    ) -> Result<Response<N>, Error> {
+        let old = start.header;
+        let response = Response {
+            contact: Contact::GrossSlip,
+            ..self.open(start, end)?
+        };
+        end.header.contact = Contact::GrossSlip;
+        end.header.pressure = pressure;
+        end.header.limit = limit.limit;
+        end.header.slip_length = old.slip_length + slip_increment.norm();
+        if !finite(end.header.slip_length) {
+            return Err(not_a_result(pressure, slip_increment));
+        }
         Ok(response)
     }
 }
 
-/// Knots of the base grid for `ndir` directions: one direction needs none but r = 1.
-fn base_knots(properties: &Properties, ndir: usize) -> usize {
-    if ndir == 1 { 1 } else { properties.base_knots }
-}
-
-/// The default length of the state array.
+/// The default length of the state array for properties and directions that are valid.
 ///
 /// # Errors
 /// Bad properties, or `ndir` not 1 or 2.
 pub fn default_state_size(props: &[f64], ndir: usize) -> Result<usize, Error> {
     check_directions(ndir)?;
-    let properties = Properties::new(props)?;
-    Ok(Layout::default_size(ndir, base_knots(&properties, ndir)))
+    Properties::new(props)?;
+    Ok(Layout::default_size(ndir))
 }
 
-fn check_directions(ndir: usize) -> Result<(), Error> {
+pub(crate) fn check_directions(ndir: usize) -> Result<(), Error> {
     if ndir == 1 || ndir == 2 {
         return Ok(());
     }
-    Err(Error::new(
-        Kind::BadInput,
-        format!("ndir = {ndir}: must be 1 or 2 tangential directions"),
-    ))
+    Err(Error::about(Kind::BadInput, "ndir", "must be 1 or 2 tangential directions").count(ndir))
+}
+
+fn scale<const N: usize>(knots: &mut Knots<N>, factor: f64) {
+    for knot in knots {
+        knot.r *= factor;
+        knot.u.iter_mut().for_each(|u| *u *= factor);
+    }
+}
+
+/// 2^k with 1 <= length / 2^k < 2.
+#[inline(always)]
+fn power_of_two_near(length: f64) -> f64 {
+    f64::from_bits(length.to_bits() & (0x7ff << 52))
 }
 
 /// Refuses a critical slip that did not come from [`Law::critical_slip`].
 #[inline]
 fn check_critical_slip(gcr: f64) -> Result<(), Error> {
-    if gcr.is_normal() && gcr > 0.0 {
+    if within(gcr, SQUARED) && gcr >= RIGID * 1e-100 {
         return Ok(());
     }
-    Err(Error::new(
-        Kind::BadInput,
-        format!("gcr = {gcr:?}: must be a positive length"),
-    ))
-}
-
-/// Refuses number `index` of the argument `array` where the slip that follows from it is no number, or too long.
-#[inline(always)]
-fn check_length(array: &str, index: usize, value: f64, slip: f64, gcr: f64) -> Result<(), Error> {
-    // The quotient may overflow, this underflows at most. Not a number is not shorter.
-    if slip.abs() * (1.0 / LONGEST) <= gcr {
-        return Ok(());
-    }
-    Err(too_long(array, index, value, gcr))
-}
-
-#[cold]
-fn too_long(array: &str, index: usize, value: f64, gcr: f64) -> Error {
-    Error::new(
-        Kind::BadInput,
-        format!(
-            "{array}[{index}] = {:?}: must be finite and a slip of no more than {LONGEST:e} critical slips ({gcr:?})",
-            Number(value)
-        ),
-    )
-}
-
-#[cold]
-fn too_deep(normal: f64) -> Error {
-    Error::new(
-        Kind::BadInput,
-        format!(
-            "opening[0] = {:?}: must be finite, and the pressure that follows no more than {HIGHEST:e}",
-            Number(normal)
-        ),
-    )
-}
-
-/// Whether a number is no larger than `limit`, either sign; not a number is not.
-///
-/// By the bits: several comparisons at once, as compilers make them, raise a flag for what is not a number.
-#[inline(always)]
-pub(crate) fn within(value: f64, limit: f64) -> bool {
-    value.abs().to_bits() <= limit.to_bits()
-}
-
-/// Refuses a number of which something that follows is none.
-#[inline(always)]
-pub(crate) fn check_within(name: &impl Display, value: f64, limit: f64) -> Result<(), Error> {
-    if within(value, limit) {
-        return Ok(());
-    }
-    Err(too_large(name, value, limit))
-}
-
-#[cold]
-fn too_large(name: &impl Display, value: f64, limit: f64) -> Error {
-    Error::new(
-        Kind::BadInput,
-        format!(
-            "{name} = {:?}: must be finite and no larger than {limit:e}",
-            Number(value)
-        ),
-    )
+    let expected = "must be a length from 1e-103 to 1e150";
+    Err(Error::about(Kind::BadInput, "gcr", expected).number(gcr))
 }
 
 #[inline(always)]
 pub(crate) fn check_pressure(pressure: f64) -> Result<(), Error> {
-    check_within(&"pressure", pressure, HIGHEST)
+    if within(pressure, HIGHEST) {
+        return Ok(());
+    }
+    let expected = "must be finite and no larger than 1e300";
+    Err(Error::about(Kind::BadInput, "pressure", expected).number(pressure))
 }
 
 #[inline(always)]
-pub(crate) fn check_finite(name: &impl Display, value: f64) -> Result<(), Error> {
-    if within(value, f64::MAX) {
+pub(crate) fn check_factor(factor: f64) -> Result<(), Error> {
+    if within(factor, SQUARED) && factor >= 0.0 {
         return Ok(());
     }
-    Err(not_finite(name, value))
+    let expected = "must be from 0 to 1e150";
+    Err(Error::about(Kind::BadInput, "mu_factor", expected).number(factor))
+}
+
+/// Refuses number `index` of an argument beyond `limit`.
+#[inline(always)]
+pub(crate) fn check_within(
+    argument: &'static str,
+    index: usize,
+    value: f64,
+    limit: f64,
+) -> Result<(), Error> {
+    if within(value, limit) {
+        return Ok(());
+    }
+    Err(too_large(argument, index, value, limit))
+}
+
+#[cold]
+fn too_large(argument: &'static str, index: usize, value: f64, limit: f64) -> Error {
+    let expected = format!("must be finite and no larger than {limit:e}");
+    Error::about(Kind::BadInput, argument, expected).index(index).number(value)
+}
+
+#[cold]
+fn too_long<const N: usize>(slip_increment: &Vector<N>, critical: f64) -> Error {
+    let index = slip_increment.iamax();
+    let expected = format!("must be a slip of no more than {LONGEST:e} critical slips ({critical:?})");
+    Error::about(Kind::BadInput, "slip_increment", expected).index(index).number(slip_increment[index])
 }
 
 /// The refusal of inputs that are finite while what follows from them is not.
 #[cold]
 pub(crate) fn not_a_result<const N: usize>(pressure: f64, slip_increment: &Vector<N>) -> Error {
-    Error::new(
-        Kind::BadInput,
-        format!(
-            "pressure = {pressure:?} with slip increment {:?}: the result is not a finite number",
-            slip_increment.as_slice()
-        ),
-    )
-}
-
-#[cold]
-fn not_finite(name: &impl Display, value: f64) -> Error {
-    Error::new(
-        Kind::BadInput,
-        format!("{name} = {:?}: must be finite", Number(value)),
-    )
+    let expected = format!(
+        "with the slip increment {:?} the result would not be a finite number",
+        slip_increment.as_slice()
+    );
+    Error::about(Kind::BadInput, "pressure", expected).number(pressure)
 }

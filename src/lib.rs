@@ -25,14 +25,19 @@ mod error;
 #[allow(unsafe_code)]
 pub mod ffi;
 pub mod iwan;
+// FRIC alone takes what is not public here.
+#[cfg_attr(not(feature = "abaqus"), allow(dead_code))]
 mod lagrange;
 mod law;
+mod limit;
 mod memory;
+mod number;
 mod properties;
 pub mod state;
 
-pub use error::{Error, Kind};
-pub use lagrange::Rigid;
-pub use law::{InterfaceResponse, Law, RIGID, Response, default_state_size};
+pub use error::{Error, Fault, Kind, Value};
+pub use lagrange::{Host, Rigid};
+pub use law::{InterfaceResponse, Law, RIGID, Response, UNKNOWN_OPENING, default_state_size};
 pub use memory::{Matrix, Vector};
-pub use properties::{COMMON, Method, PressureRule, Properties};
+pub use number::Number;
+pub use properties::{COMMON, Method, NAMES, Properties, RunIn};

@@ -1,11 +1,12 @@
 //! Identification of the four-parameter Iwan model: verification item 17 and the paper's tables, against loops that the
 //! closed form of the oracle gives.
 
+mod support;
+
 use mepc::iwan::{Fit, Iwan, NAMES, PAPER_TOLERANCE, Record, Warning};
 use mepc_oracle::closed;
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use support::programs::{STRICT_C, STRICT_FORTRAN, compile_and_run, in_repository, source};
 
 /// Item 17: F_s, X_s, k_alpha, kappa and the amplitude.
 const TRUTH: [f64; 4] = [266.78, 0.0041, 3280.7, -0.842];
@@ -358,7 +359,7 @@ fn odd_records_are_never_trusted() {
     let (x, force) = loops(TRUTH, AMPLITUDE, 50, 1, Sampling::Uniform);
     for factor in [1e-200, 1e200] {
         let huge: Vec<f64> = force.iter().map(|f| f * factor).collect();
-        let message = Record::new(&x, &huge).unwrap_err().message;
+        let message = Record::new(&x, &huge).unwrap_err().to_string();
         assert!(message.contains("force: the largest value"), "{message}");
         let far: Vec<f64> = x.iter().map(|x| x * factor).collect();
         assert!(Record::new(&far, &force).is_err());
@@ -408,7 +409,7 @@ fn a_loop_that_turns_the_wrong_way_is_refused() {
     let (mut x, mut force) = loops(TRUTH, AMPLITUDE, 100, 2, Sampling::Uniform);
     x.reverse();
     force.reverse();
-    let message = Record::new(&x, &force).unwrap_err().message;
+    let message = Record::new(&x, &force).unwrap_err().to_string();
     assert!(message.contains("turns the wrong way"), "{message}");
 }
 
@@ -677,67 +678,14 @@ program joint
 end program
 "#;
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-/// Compiles against the header or the module and the shared library, and runs.
-fn compiled(compiler: &str, flags: &[&str], sources: &[PathBuf]) -> String {
-    let library = std::env::var_os("MEPC_LIBRARY")
-        .map_or_else(|| root().join("target/release/libmepc.so"), PathBuf::from);
-    let place = library.parent().expect("a directory");
-    let program = sources.last().expect("a source").with_extension("out");
-    let done = Command::new(compiler)
-        .args(flags)
-        .args(sources)
-        .arg("-I")
-        .arg(root().join("include"))
-        .arg("-L")
-        .arg(place)
-        .arg("-lmepc")
-        .arg(format!("-Wl,-rpath,{}", place.display()))
-        .arg("-o")
-        .arg(&program)
-        .current_dir(program.parent().expect("a directory"))
-        .output()
-        .unwrap_or_else(|error| panic!("{compiler}: {error} (make setup installs it)"));
-    assert!(
-        done.status.success(),
-        "{}",
-        String::from_utf8_lossy(&done.stderr)
-    );
-    let run = Command::new(&program)
-        // Cargo's own library path would come before the program's.
-        .env_remove("LD_LIBRARY_PATH")
-        .output()
-        .expect("the program starts");
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
-    String::from_utf8(run.stdout).expect("text")
-}
-
 #[test]
 fn from_c_and_fortran() {
-    let directory = root().join("build/iwan");
-    std::fs::create_dir_all(&directory).expect("a directory");
-    let write = |name: &str, text: &str| {
-        let file = directory.join(name);
-        std::fs::write(&file, text).expect("a source");
-        file
-    };
-    let c = write("joint.c", C_PROGRAM);
-    let fortran = write("joint.f90", FORTRAN_PROGRAM);
-    let strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
+    let c = source("iwan", "joint.c", C_PROGRAM);
+    let fortran = source("iwan", "joint.f90", FORTRAN_PROGRAM);
+    let module = in_repository("include/mepc.f90");
     let outputs = [
-        compiled("cc", &strict, &[c]),
-        compiled(
-            "gfortran",
-            &["-std=f2018", "-Wall", "-Wextra", "-Werror"],
-            &[root().join("include/mepc.f90"), fortran],
-        ),
+        compile_and_run("cc", &STRICT_C, &[c]),
+        compile_and_run("gfortran", &STRICT_FORTRAN, &[module, fortran]),
     ];
     for output in outputs {
         let found: Vec<f64> = output

@@ -5,14 +5,16 @@ mod sprung;
 use crate::channels::Columns;
 use crate::units::{Force, Length};
 use crate::numbers::{self, exact, short};
-use crate::{Outcome, print, say, wrong_use};
+use crate::pictures::{self, Fitted};
+use crate::replay::Springs;
+use crate::{Outcome, check_outputs, loops, print, say, write, wrong_use};
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
 use mepc::iwan::{CORRELATED, Fit, ILL, Options, Record, Warning, identify};
 use serde_json::{Value, json};
 use sprung::{Sprung, SprungFit};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Exponents for which the loop is fitted, beside the chosen one.
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 2.5, 3.0, 4.0];
@@ -75,6 +77,9 @@ pub struct Arguments {
     /// One JSON object on standard output instead of the table.
     #[arg(long)]
     json: bool,
+    /// Draw the loops, the law's loops, and X_s over F_s into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
 }
 
 /// A unit of area.
@@ -134,6 +139,8 @@ struct Case {
     others: Vec<SprungFit>,
     /// A root mean square residual up to this is as good as the best, at 95 %.
     as_good: f64,
+    /// For the picture: the loop as measured, and the law's.
+    drawn: Option<[Vec<[f64; 2]>; 2]>,
 }
 
 /// Where the exponent comes from.
@@ -167,6 +174,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             arguments.preload.len()
         )));
     }
+    let inputs: Vec<&Path> = arguments.files.iter().map(PathBuf::as_path).collect();
+    check_outputs(&[("--picture", arguments.picture.as_deref())], &inputs)?;
     let loops: Vec<(String, Record, Fit)> = arguments
         .files
         .iter()
@@ -174,16 +183,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             let name = file.display().to_string();
             let record = arguments.columns.read(file)?.record()?;
             let found = identify(record, &Options::default())
-                .map_err(|error| anyhow!("{name}: {}", error.message))?;
+                .map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
             Ok((name, found.record, found.fit))
         })
         .collect::<Result<_>>()?;
     let exponent = exponent_of(&loops, arguments.chi);
-    let cases: Vec<Case> = loops
+    let mut cases: Vec<Case> = loops
         .into_iter()
         .zip(arguments.preloads())
         .map(|((file, record, joint), preload)| case(file, preload, record, joint, exponent.used))
         .collect();
+    if arguments.picture.is_some() {
+        for case in &mut cases {
+            case.drawn = Some(drawn(&case.record, case)?);
+        }
+    }
     let result = Calibration::new(&cases, arguments, exponent)?;
     for case in &cases {
         for warning in &case.joint.warnings {
@@ -192,6 +206,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     for warning in &result.warnings {
         say(&format!("warning: {warning}"));
+    }
+    if let Some(file) = &arguments.picture {
+        let loops = cases.iter_mut().filter_map(|case| {
+            let [data, law] = case.drawn.take()?;
+            Some(Fitted {
+                label: format!("law, {} N", short(case.preload)),
+                data,
+                law,
+                slip: [case.sprung.force, case.sprung.displacement()],
+            })
+        });
+        let compliance = result.series.map_or(0.0, |series| 1.0 / series.value);
+        let svg = pictures::calibration(loops.collect(), result.gcr.value, compliance)?;
+        write(Some(file), &svg)?;
     }
     if arguments.json {
         print(&format!("{:#}\n", result.json(&cases)))?;
@@ -286,7 +314,27 @@ fn case(file: String, preload: f64, record: Record, mut joint: Fit, chi: f64) ->
         sprung,
         others,
         as_good,
+        drawn: None,
     }
+}
+
+/// The loop as measured, and that of the law as fitted to it: displacement from the middle, force from its mean.
+fn drawn(record: &Record, case: &Case) -> Result<[Vec<[f64; 2]>; 2]> {
+    let indices = record.branches.iter().flat_map(|b| b.points());
+    let data = indices.map(|i| {
+        [
+            record.displacement[i] - record.centre,
+            record.force[i] - case.joint.offset,
+        ]
+    });
+    let sprung = &case.sprung;
+    let springs = Springs {
+        series: sprung.series(),
+        parallel: sprung.residual,
+    };
+    let props = [sprung.force / case.preload, sprung.gcr, sprung.chi];
+    let law = loops::contact_loop(&props, case.preload, springs, record.amplitude)?;
+    Ok([data.collect(), law])
 }
 
 /// Standard error of the sum of `weights` times what each loop says. A loop is as uncertain as its own fit says, or as the loops

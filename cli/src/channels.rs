@@ -182,7 +182,7 @@ impl Channels {
     pub fn record(self) -> Result<Record> {
         let rows = self.force.len();
         Record::from_vectors(self.displacement, self.force)
-            .map_err(|error| anyhow!("{}, {rows} rows: {}", self.place, error.message))
+            .map_err(|error| anyhow!("{}, {rows} rows: {}", self.place, crate::sentence(&error)))
     }
 }
 

@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         &[("--picture", arguments.picture.as_deref())],
         &[&arguments.file],
     )?;
-    let named = |error: mepc::Error| anyhow!("{file}: {}", error.message);
+    let named = |error: mepc::Error| anyhow!("{file}: {}", crate::sentence(&error));
     let record = read(arguments, &file)?;
     let options = Options {
         lag: arguments.lag,
@@ -249,7 +249,7 @@ fn read(arguments: &Arguments, file: &str) -> Result<Record> {
     };
     record
         .with_rows(rows.clone())
-        .map_err(|error| anyhow!("{file}: --cycle {cycle}: {}", error.message))
+        .map_err(|error| anyhow!("{file}: --cycle {cycle}: {}", crate::sentence(&error)))
 }
 
 /// Replaces standard errors and intervals by those of refitted loops: the fit plus residuals drawn in blocks, so that what is

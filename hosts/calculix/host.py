@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from box import CRITICAL_SLIP, EXPONENT, FRICTION, NORMAL_STIFFNESS, POISSON, YOUNG
+from box import CRITICAL_SLIP, EXPONENT, FRICTION, NORMAL_STIFFNESS, POISSON, PRESSURE, YOUNG
 
 ROOT = Path(__file__).parents[2]
-STATE_SIZE = 64
+STATE_SIZE = 84
 DIVERGENCE_CHECK, MOST_ITERATIONS = 200, 400
 TOLERANCE = 1e-9  # of the residual, over the mean force
 
@@ -59,7 +59,8 @@ def deck(box, method, path, parameters=None, states=STATE_SIZE):
         )
 
     if parameters is None:
-        common = [FRICTION, CRITICAL_SLIP, EXPONENT[method], 0, 0, 0.005, NORMAL_STIFFNESS, 0, 16, 0, 0, 0]
+        # The reference pressure is the mean one.
+        common = [FRICTION, CRITICAL_SLIP, EXPONENT[method], 0, PRESSURE, 0, NORMAL_STIFFNESS] + 13 * [0]
         # Layout 2: thin layer; scale 1; its thickness; the sticking tangent, because ccx symmetrises what it gets.
         parameters = [*common, 2, 1, box.layer, 1]
     nodes = table([(i, *map(float, point)) for i, point in enumerate(box.nodes, 1)])

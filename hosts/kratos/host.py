@@ -25,8 +25,8 @@ from KratosMultiphysics.python_linear_solver_factory import ConstructSolver  # n
 DISPLACEMENT = (Kratos.DISPLACEMENT_X, Kratos.DISPLACEMENT_Y, Kratos.DISPLACEMENT_Z)
 REACTION = (Kratos.REACTION_X, Kratos.REACTION_Y, Kratos.REACTION_Z)
 WATER, WATER_REACTION = Kratos.WATER_PRESSURE, Kratos.REACTION_WATER_PRESSURE
-STATE_SIZE = 64  # two directions: the UMAT layout has them in 2-D as well
-DISSIPATED = 4  # place of the dissipated energy in the state, counted from 1
+STATE_SIZE = 84  # two directions: the UMAT layout has them in 2-D as well
+DISSIPATED = 5  # place of the dissipated energy in the state, counted from 1
 TOLERANCE = 1e-10  # of the residual, over the first one of the step
 MOST_ITERATIONS = 100
 
@@ -40,8 +40,11 @@ DRY = {
 
 
 def umat_parameters(method):
-    """PROPS: the twelve common ones, then layout 1 (six slots) and scale 2 (the law sees half the jump)."""
-    common = [FRICTION, CRITICAL_SLIP, EXPONENT[method], 0, 0, 0.005, NORMAL_STIFFNESS, 0, 16, 0, 0, 0]
+    """PROPS: the twenty common ones (0: the default), then layout 1 (six slots) and scale 2 (the law sees half the jump).
+
+    The reference pressure is the mean one: the critical slip is the given one there, and no pulsing pressure moves a
+    sticking contact."""
+    common = [FRICTION, CRITICAL_SLIP, EXPONENT[method], 0, PRESSURE, 0, NORMAL_STIFFNESS] + 13 * [0]
     return [float(value) for value in common + [1, 2]]
 
 

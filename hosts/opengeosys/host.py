@@ -14,7 +14,7 @@ from string import Template
 import meshio
 import numpy as np
 
-from box import CRITICAL_SLIP, EXPONENT, FRICTION, NORMAL_STIFFNESS, POISSON, YOUNG
+from box import CRITICAL_SLIP, EXPONENT, FRICTION, NORMAL_STIFFNESS, POISSON, PRESSURE, YOUNG
 
 HERE = Path(__file__).parent
 THICKNESS = 0.01
@@ -78,7 +78,7 @@ def deck(box, method, library, path, start=0, stepping=None, most_iterations=50,
     values = {
         "young": YOUNG, "poisson": POISSON, "one": 1.0, "zero": 0.0,
         "mu": FRICTION, "gcr": CRITICAL_SLIP, "chi": EXPONENT[method], "kn": NORMAL_STIFFNESS, "gap": 0.0,
-        "method": 0.0, "pressure_rule": 0.0, "thickness": box.layer,
+        "reference_pressure": PRESSURE, "thickness": box.layer,
         "direction_0": box.direction[0], "direction_1": box.direction[-1],
     } | changed
     held, moved = ("lower", "upper") if rigid else ("bottom", "top")

@@ -23,6 +23,15 @@ impl Backbone {
     /// The straight line of the standard penalty method.
     pub const PENALTY: Backbone = Backbone::Power { chi: 1.0 };
 
+    /// chi of the power law: a critical slip that follows the limit goes with its 1/chi-th power. Segalman's curve is not
+    /// self-similar: infinite, which is a constant critical slip.
+    pub fn exponent(self) -> f64 {
+        match self {
+            Backbone::Power { chi } => chi,
+            Backbone::Segalman { .. } => f64::INFINITY,
+        }
+    }
+
     /// Traction f(s), s >= 0.
     pub fn traction(self, s: f64) -> f64 {
         if s >= 1.0 {
@@ -65,6 +74,16 @@ impl Backbone {
             return self.work(1.0) + s - 1.0;
         }
         match self {
+            Backbone::Power { chi } if s < 0.1 => {
+                // The same as a binomial series: the closed form cancels here.
+                let (mut term, mut sum, mut j) = (-s, 0.0, 1.0);
+                while f64::abs(term) > 1e-18 * f64::abs(sum) {
+                    term *= -s * (chi + 1.0 - j) / (j + 1.0);
+                    sum += term;
+                    j += 1.0;
+                }
+                sum
+            }
             Backbone::Power { chi } => s - (1.0 - (1.0 - s).powf(chi + 1.0)) / (chi + 1.0),
             Backbone::Segalman { c, beta } => {
                 ((1.0 + beta) * (c + 2.0) * s * s / 2.0 - s.powf(c + 3.0) / (c + 3.0))
@@ -142,6 +161,18 @@ mod tests {
                     b.loss(s)
                 );
             }
+        }
+    }
+
+    /// The series at small slip and the closed form are one function.
+    #[test]
+    fn work_of_small_slips() {
+        for chi in [1.0, 1.2, 2.0, 2.5, 3.7, 60.0] {
+            let b = Backbone::Power { chi };
+            let closed = 0.1 - (1.0 - 0.9f64.powf(chi + 1.0)) / (chi + 1.0);
+            assert!((b.work(0.1 - 1e-16) - closed).abs() < 1e-15, "{chi}");
+            assert!((b.work(1e-9) / (chi * 0.5e-18) - 1.0).abs() < 1e-6, "{chi}");
+            assert_eq!(b.work(0.0), 0.0);
         }
     }
 

@@ -45,17 +45,6 @@ pub fn circle_dissipation(backbone: Backbone, a: f64) -> f64 {
     TAU * (sliding + last)
 }
 
-/// Traction over mu p after: slip s at the pressure `ratio` (virgin before), rise to pressure 1 under the
-/// dissipative rule, slip d > 0 further. Elements up to d/(1 - ratio) slide, the others have been unloaded.
-pub fn loading_after_pressure_rise(backbone: Backbone, s: f64, ratio: f64, d: f64) -> f64 {
-    let sliding = d / (1.0 - ratio);
-    if sliding >= s {
-        return backbone.traction(ratio * s + d);
-    }
-    let f = backbone.traction(sliding);
-    f + ratio * (backbone.traction(s) - f)
-}
-
 /// A sphere on a flat of the same material: Hertz's normal and Mindlin's tangential contact (chi = 3/2).
 #[derive(Debug, Clone, Copy)]
 pub struct HertzSphere {

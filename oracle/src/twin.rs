@@ -1,54 +1,58 @@
 //! The law as what it stands for: many slip elements side by side.
 //!
-//! Element i is a spring of stiffness w_i in series with a slider that gives way at the deflection r_i, in one
-//! or two tangential directions (radial return). The stiffness between the limits a and b is f'(a) - f'(b), and
-//! one element at the centre of that stiffness carries it, so that all elements together saturate at exactly 1;
-//! a jump of f' at 1 is one more element there. Physical units: slip in length, traction and pressure in
-//! force per area, energy in force per length.
+//! Element i is a spring of stiffness k_i in series with a slider that gives way at the deflection R_i, in one or two
+//! tangential directions (radial return). Two kinds:
+//!
+//! - *fixed limits* (constant limit traction, and the proportional rule): R_i = r_i gcr never changes, stiffnesses scale
+//!   with T; with a jump of f' at 1 one more element is there.
+//! - *fixed depths* (the consistent rule): R_i = G - x_i, where G = gcr (T/T0)^(1/chi) is the critical slip of the moment
+//!   and x_i the depth of the element below the base of the cone. Stiffness is fixed for good: k(x) = T0/gcr^chi
+//!   chi (chi-1) x^(chi-2). An element is there while R_i > 0; it is born without deflection, and what it holds when it
+//!   dies is dissipated.
+//!
+//! One return for a whole increment is first order in the increment where the path turns: an increment is cut into
+//! sub-steps, straight in slip and in G. Physical units.
 
 use crate::Backbone;
 
-/// What a change of pressure does to the elements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PressureRule {
-    /// Stiffness that arrives with rising pressure arrives unloaded.
-    Dissipative,
-    /// Deflections are kept, so that tractions scale with the pressure both ways.
-    Proportional,
-}
-
 #[derive(Debug, Clone, Copy)]
 struct Element {
-    limit: f64,
+    /// r_i gcr, or x_i.
+    place: f64,
+    /// Of T / gcr (fixed limits), or traction per length (fixed depths).
     stiffness: f64,
     deflection: [f64; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    FixedLimits,
+    /// T0, chi.
+    FixedDepths(f64, f64),
 }
 
 /// The parallel slip elements of one contact point.
 #[derive(Debug, Clone)]
 pub struct Twin {
-    mu: f64,
+    kind: Kind,
     gcr: f64,
-    rule: PressureRule,
     elements: Vec<Element>,
-    pressure: f64,
+    limit: f64,
+    critical: f64,
     dissipated: f64,
 }
 
 impl Twin {
-    /// A virgin point of `n` elements (and one more when f' jumps at 1).
-    pub fn new(backbone: Backbone, mu: f64, gcr: f64, rule: PressureRule, n: u32) -> Self {
+    /// A virgin point of `n` elements of fixed limits.
+    pub fn fixed_limits(backbone: Backbone, gcr: f64, n: u32) -> Self {
         let mut elements = Vec::new();
         let mut add = |limit: f64, stiffness: f64| {
             if stiffness > 0.0 {
-                elements.push(Element {
-                    limit,
-                    stiffness,
-                    deflection: [0.0; 2],
-                });
+                elements.push(Element { place: limit * gcr, stiffness, deflection: [0.0; 2] });
             }
         };
-        // Moment of the stiffness below r about zero.
+        // The stiffness between the limits a and b is f'(a) - f'(b); one element at its centre carries it, so that all
+        // together saturate at exactly 1. Moment of the stiffness below r about zero:
         let moment = |r: f64| backbone.traction(r) - r * backbone.tangent(r);
         for k in 0..n {
             let (a, b) = (cell(backbone, k, n), cell(backbone, k + 1, n));
@@ -56,55 +60,96 @@ impl Twin {
             add(((moment(b) - moment(a)) / stiffness).clamp(a, b), stiffness);
         }
         add(1.0, backbone.tangent(1.0));
-        Twin {
-            mu,
-            gcr,
-            rule,
-            elements,
-            pressure: 0.0,
-            dissipated: 0.0,
-        }
+        Twin { kind: Kind::FixedLimits, gcr, elements, limit: 0.0, critical: 0.0, dissipated: 0.0 }
     }
 
-    /// Slides by `increment` (zero second component for one direction) while the pressure goes to `pressure`.
-    pub fn step(&mut self, increment: [f64; 2], pressure: f64) {
-        self.change_pressure(pressure);
-        if self.pressure == 0.0 {
+    /// A virgin point of `n` elements of fixed depths, for limit tractions up to `largest`; gcr is the critical slip at the
+    /// limit traction `reference`.
+    pub fn fixed_depths(chi: f64, gcr: f64, reference: f64, largest: f64, n: u32) -> Self {
+        let backbone = Backbone::Power { chi };
+        let deepest = gcr * (largest / reference).powf(1.0 / chi);
+        let scale = reference / gcr.powf(chi);
+        let mut elements = Vec::new();
+        if chi == 1.0 {
+            elements.push(Element { place: 0.0, stiffness: scale, deflection: [0.0; 2] });
+        } else {
+            for k in 0..n {
+                // Depths a < b; the cells are those of the backbone, seen from its end.
+                let (a, b) = (1.0 - cell(backbone, n - k, n), 1.0 - cell(backbone, n - k - 1, n));
+                let stiffness = chi * (b.powf(chi - 1.0) - a.powf(chi - 1.0));
+                let moment = (chi - 1.0) * (b.powf(chi) - a.powf(chi));
+                elements.push(Element {
+                    place: deepest * moment / stiffness,
+                    stiffness: scale * deepest.powf(chi - 1.0) * stiffness,
+                    deflection: [0.0; 2],
+                });
+            }
+        }
+        let kind = Kind::FixedDepths(reference, chi);
+        Twin { kind, gcr, elements, limit: 0.0, critical: 0.0, dissipated: 0.0 }
+    }
+
+    /// Slides by `increment` (zero second component for one direction) while the limit traction goes to `limit`, in so
+    /// many sub-steps. Zero or less opens the contact; the step after that is a fresh start at its limit.
+    pub fn step(&mut self, increment: [f64; 2], limit: f64, parts: u32) {
+        if limit <= 0.0 {
+            self.dissipated += self.stored();
+            self.elements.iter_mut().for_each(|element| element.deflection = [0.0; 2]);
+            (self.limit, self.critical) = (0.0, 0.0);
             return;
         }
-        let d = [increment[0] / self.gcr, increment[1] / self.gcr];
-        let mut plastic_work = 0.0;
-        for element in &mut self.elements {
-            let trial = [element.deflection[0] + d[0], element.deflection[1] + d[1]];
-            let length = trial[0].hypot(trial[1]);
-            element.deflection = trial;
-            if length > element.limit {
-                let shrink = element.limit / length;
-                element.deflection = [trial[0] * shrink, trial[1] * shrink];
-                plastic_work += element.stiffness * element.limit * (length - element.limit);
-            }
+        let critical = match self.kind {
+            Kind::FixedLimits => self.gcr,
+            Kind::FixedDepths(reference, chi) => self.gcr * (limit / reference).powf(1.0 / chi),
+        };
+        if self.limit == 0.0 {
+            (self.limit, self.critical) = (limit, critical);
         }
-        self.dissipated += self.mu * self.pressure * self.gcr * plastic_work;
+        if self.kind == Kind::FixedLimits {
+            // Deflections stay, tractions scale with the limit: energy may be created.
+            let before = self.stored();
+            self.limit = limit;
+            self.dissipated += before - self.stored();
+        }
+        let (from, growth) = (self.critical, critical - self.critical);
+        let d = increment.map(|x| x / f64::from(parts));
+        for part in 1..=parts {
+            let before = self.critical;
+            self.critical = if part == parts { critical } else { from + growth * f64::from(part) / f64::from(parts) };
+            self.slide(d, before);
+        }
+        self.limit = limit;
     }
 
-    /// Before the slip: what the elements store, and lose, when the pressure changes.
-    fn change_pressure(&mut self, pressure: f64) {
-        let before = self.stored();
-        let new = pressure.max(0.0);
-        let scale = if new == 0.0 {
-            0.0
-        } else if new > self.pressure && self.rule == PressureRule::Dissipative {
-            self.pressure / new
-        } else {
-            1.0
-        };
+    /// `before`: the critical slip at the start.
+    fn slide(&mut self, d: [f64; 2], before: f64) {
+        let (kind, critical, strength) = (self.kind, self.critical, self.strength());
+        let mut lost = 0.0;
         for element in &mut self.elements {
-            for e in &mut element.deflection {
-                *e *= scale;
+            let u = element.deflection;
+            let (limit_before, limit) = match kind {
+                Kind::FixedLimits => (element.place, element.place),
+                Kind::FixedDepths(..) => ((before - element.place).max(0.0), (critical - element.place).max(0.0)),
+            };
+            // Born in this sub-step, it has only moved since.
+            let lives = if limit_before == 0.0 && limit > 0.0 { limit / (critical - before) } else { 1.0 };
+            let mut end = [u[0] + lives * d[0], u[1] + lives * d[1]];
+            let length = end[0].hypot(end[1]);
+            if length > limit {
+                end = end.map(|x| x * limit / length);
+                // Mean limit times slip.
+                lost += element.stiffness * (limit_before + limit) / 2.0 * (length - limit);
             }
+            element.deflection = end;
         }
-        self.pressure = new;
-        self.dissipated += before - self.stored();
+        self.dissipated += strength * lost;
+    }
+
+    fn strength(&self) -> f64 {
+        match self.kind {
+            Kind::FixedLimits => self.limit / self.gcr,
+            Kind::FixedDepths(..) => 1.0,
+        }
     }
 
     /// Traction.
@@ -114,21 +159,16 @@ impl Twin {
             sum[0] += element.stiffness * element.deflection[0];
             sum[1] += element.stiffness * element.deflection[1];
         }
-        let limit = self.mu * self.pressure;
-        [limit * sum[0], limit * sum[1]]
+        sum.map(|x| x * self.strength())
     }
 
     /// Elastic energy per area.
     pub fn stored(&self) -> f64 {
-        let sum: f64 = self
-            .elements
-            .iter()
-            .map(|e| e.stiffness * (e.deflection[0].powi(2) + e.deflection[1].powi(2)) / 2.0)
-            .sum();
-        self.mu * self.pressure * self.gcr * sum
+        let energy = |e: &Element| e.stiffness * (e.deflection[0].powi(2) + e.deflection[1].powi(2)) / 2.0;
+        self.strength() * self.elements.iter().map(energy).sum::<f64>()
     }
 
-    /// Energy dissipated per area since the start: by sliding and by changes of pressure.
+    /// Energy dissipated per area since the start: by sliding, dying, opening, and (fixed limits) by changes of T.
     pub fn dissipated(&self) -> f64 {
         self.dissipated
     }
@@ -147,35 +187,32 @@ fn cell(backbone: Backbone, k: u32, n: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{closed, masing::Masing};
+    use crate::{closed, jenkins::Jenkins, masing::Masing};
 
     const BACKBONES: [Backbone; 6] = [
         Backbone::Power { chi: 1.0 },
         Backbone::Power { chi: 1.5 },
         Backbone::Power { chi: 2.5 },
         Backbone::Power { chi: 4.0 },
-        Backbone::Segalman {
-            c: -0.842,
-            beta: 0.5,
-        },
+        Backbone::Segalman { c: -0.842, beta: 0.5 },
         Backbone::Segalman { c: 0.0, beta: 2.0 },
     ];
 
     fn unit(backbone: Backbone, n: u32) -> Twin {
-        Twin::new(backbone, 1.0, 1.0, PressureRule::Dissipative, n)
+        Twin::fixed_limits(backbone, 1.0, n)
     }
 
     /// Largest differences of traction, dissipated and stored energy from Masing's rules on a nested history.
-    fn difference(backbone: Backbone, n: u32) -> f64 {
-        let (mut twin, mut exact) = (unit(backbone, n), Masing::new(backbone));
+    fn difference(mut twin: Twin, backbone: Backbone) -> f64 {
+        let mut exact = Masing::new(backbone);
         let mut worst: f64 = 0.0;
         for s in [0.0, 0.3, 0.8, -0.2, 0.3, 0.1, -0.2, -0.8, -1.7, 0.05, 1e-3] {
-            twin.step([s - exact.slip(), 0.0], 1.0);
+            twin.step([s - exact.slip(), 0.0], 1.0, 1);
             exact.move_to(s);
             worst = worst
                 .max((twin.traction()[0] - exact.traction()).abs())
-                .max((twin.dissipated() - exact.dissipated()).abs())
                 .max((twin.stored() - exact.stored()).abs());
+            worst = worst.max((twin.dissipated() - exact.dissipated()).abs());
         }
         worst
     }
@@ -184,25 +221,29 @@ mod tests {
     fn saturates_at_exactly_one() {
         for backbone in BACKBONES {
             let mut twin = unit(backbone, 400);
-            twin.step([3.0, 4.0], 1.0);
+            twin.step([3.0, 4.0], 1.0, 1);
             let [x, y] = twin.traction();
-            assert!(
-                (x - 0.6).abs() < 1e-13 && (y - 0.8).abs() < 1e-13,
-                "{backbone:?}"
-            );
+            assert!((x - 0.6).abs() < 1e-13 && (y - 0.8).abs() < 1e-13, "{backbone:?}");
         }
+        let mut twin = Twin::fixed_depths(2.5, 0.3, 1.0, 7.0, 400);
+        twin.step([3.0, 4.0], 7.0, 1);
+        assert!((twin.traction()[0] - 4.2).abs() < 1e-12);
     }
 
     #[test]
     fn converges_to_masing() {
         for backbone in BACKBONES {
-            let (coarse, fine) = (difference(backbone, 250), difference(backbone, 4000));
+            let (coarse, fine) = (unit(backbone, 250), unit(backbone, 4000));
+            let (coarse, fine) = (difference(coarse, backbone), difference(fine, backbone));
             assert!(fine < 2e-7, "{backbone:?}: {fine:e}");
             // Second order: sixteen times the elements, 1/256 of the error. chi = 1 is one exact element.
-            assert!(
-                fine < coarse / 60.0 || coarse < 1e-13,
-                "{backbone:?}: {coarse:e} {fine:e}"
-            );
+            assert!(fine < coarse / 60.0 || coarse < 1e-13, "{backbone:?}: {coarse:e} {fine:e}");
+        }
+        // At a constant limit both kinds are one.
+        for chi in [1.5, 2.5, 4.0] {
+            let twin = Twin::fixed_depths(chi, 1.0, 1.0, 1.0, 4000);
+            let error = difference(twin, Backbone::Power { chi });
+            assert!(error < 2e-7, "{chi}: {error:e}");
         }
     }
 
@@ -211,8 +252,8 @@ mod tests {
     fn straight_in_any_direction() {
         let (mut along, mut oblique) = (unit(BACKBONES[2], 500), unit(BACKBONES[2], 500));
         for d in [0.7, -1.1, 0.6, -0.3, 2.0, -0.8] {
-            along.step([d, 0.0], 1.0);
-            oblique.step([0.28 * d, -0.96 * d], 1.0);
+            along.step([d, 0.0], 1.0, 3);
+            oblique.step([0.28 * d, -0.96 * d], 1.0, 3);
             let t = along.traction()[0];
             let [x, y] = oblique.traction();
             assert!((x - 0.28 * t).abs() < 1e-12 && (y + 0.96 * t).abs() < 1e-12);
@@ -223,90 +264,83 @@ mod tests {
     /// Item 13: steady turns of a circle against the integral over the elements.
     #[test]
     fn circle() {
-        for (backbone, radius, turn_steps, tolerance) in [
-            (BACKBONES[2], 0.5, 2000, 4e-3),
-            (BACKBONES[2], 2.0, 2000, 4e-3),
-            (BACKBONES[4], 1.3, 2000, 6e-3),
-        ] {
-            let mut twin = unit(backbone, 1000);
+        for (backbone, radius) in [(BACKBONES[2], 0.5), (BACKBONES[2], 2.0), (BACKBONES[4], 1.3)] {
+            let mut twin = unit(backbone, 500);
             let mut at = [radius, 0.0];
-            twin.step(at, 1.0);
+            twin.step(at, 1.0, 1);
             let mut turn = 0.0;
-            for _ in 0..3 {
+            for _ in 0..4 {
                 let before = twin.dissipated();
-                for k in 1..=turn_steps {
-                    let phase = std::f64::consts::TAU * f64::from(k) / f64::from(turn_steps);
+                for k in 1..=400 {
+                    let phase = std::f64::consts::TAU * f64::from(k) / 400.0;
                     let next = [radius * phase.cos(), radius * phase.sin()];
-                    twin.step([next[0] - at[0], next[1] - at[1]], 1.0);
+                    twin.step([next[0] - at[0], next[1] - at[1]], 1.0, 4);
                     at = next;
                 }
                 turn = twin.dissipated() - before;
             }
+            // A polygon of 400 sides dissipates a little less than its circle.
             let exact = closed::circle_dissipation(backbone, radius);
-            assert!(
-                (turn / exact - 1.0).abs() < tolerance,
-                "{backbone:?}: {turn} {exact}"
-            );
+            assert!((turn / exact - 1.0).abs() < 3e-3, "{backbone:?}: {turn} {exact}");
         }
     }
 
-    /// Item 11 of the verification page, in physical units.
+    /// Item 11a and c: a slip held while the limit changes, and Mindlin and Deresiewicz' legs.
     #[test]
-    fn pressure_rises_and_falls() {
-        let (mu, gcr) = (0.3, 0.002);
-        let k1 = mu * 1.0 / gcr;
-        let g = 0.5 * gcr;
-        let new = || Twin::new(Backbone::PENALTY, mu, gcr, PressureRule::Dissipative, 10);
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} {b}");
-
-        let mut rising = new();
-        rising.step([g, 0.0], 1.0);
-        rising.step([0.0, 0.0], 2.0);
-        rising.step([-g, 0.0], 2.0);
-        close(rising.traction()[0], -0.5 * k1 * gcr);
-        rising.step([0.0, 0.0], 1.0);
-        close(rising.traction()[0], -0.25 * k1 * gcr);
-        close(rising.dissipated(), 0.375 * k1 * g * g);
-
-        let mut falling = new();
-        falling.step([g, 0.0], 2.0);
-        falling.step([0.0, 0.0], 1.0);
-        falling.step([-g, 0.0], 1.0);
-        close(falling.traction()[0], 0.0);
-        close(falling.dissipated(), k1 * g * g / 2.0);
-
-        let mut opened = new();
-        opened.step([g, 0.0], 1.0);
-        opened.step([0.0, 0.0], 0.0);
-        opened.step([0.0, 0.0], 1.0);
-        close(opened.traction()[0], 0.0);
-        close(opened.dissipated(), k1 * g * g / 2.0);
-    }
-
-    /// Slip, a rise of pressure, more slip: some elements catch up, the others have been unloaded.
-    #[test]
-    fn pressure_rise_then_loading_has_a_closed_form() {
-        let backbone = BACKBONES[2];
-        for (s, ratio, d) in [(0.6, 0.5, 0.2), (0.6, 0.5, 0.5), (0.9, 0.25, 0.4)] {
-            let mut twin = unit(backbone, 4000);
-            twin.step([s, 0.0], ratio);
-            twin.step([d, 0.0], 1.0);
-            let exact = closed::loading_after_pressure_rise(backbone, s, ratio, d);
-            assert!(
-                (twin.traction()[0] - exact).abs() < 1e-6,
-                "{} {exact}",
-                twin.traction()[0]
-            );
+    fn limit_changes() {
+        let held = [
+            (1.0, [0.5, 0.5, 0.5, 0.4, 0.4]),
+            (1.5, [0.646447, 0.646447, 0.646447, 0.391120, 0.391120]),
+            (2.5, [0.823223, 0.823223, 0.823223, 0.383605, 0.383605]),
+        ];
+        for (chi, printed) in held {
+            let mut twin = Twin::fixed_depths(chi, 1.0, 1.0, 2.0, 8000);
+            for ((d, limit), printed) in [(0.5, 1.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.4), (0.0, 1.0)].into_iter().zip(printed) {
+                twin.step([d, 0.0], limit, 64);
+                assert!((twin.traction()[0] - printed).abs() < 2e-6, "{chi} {limit}: {}", twin.traction()[0]);
+            }
+        }
+        let legs = [(0.20, 0.10), (0.15, -0.05), (0.10, 0.05), (-0.12, 0.03), (-0.10, -0.04), (-0.08, 0.06)];
+        for (chi, printed) in [
+            (1.5, [0.29987476, 0.49026781, 0.62964298, 0.44199514, 0.29312901, 0.16818636]),
+            (2.5, [0.50062523, 0.71976291, 0.92842832, 0.58845332, 0.34479843, 0.11848031]),
+        ] {
+            let mut twin = Twin::fixed_depths(chi, 1.0, 1.0, 2.0, 8000);
+            twin.step([0.0; 2], 1.0, 1);
+            let mut g: f64 = 1.0;
+            for ((d, growth), printed) in legs.into_iter().zip(printed) {
+                g += growth;
+                twin.step([d, 0.0], g.powf(chi), 64);
+                assert!((twin.traction()[0] - printed).abs() < 1e-5, "{chi}: {} {printed}", twin.traction()[0]);
+            }
         }
     }
 
-    /// The proportional rule keeps traction over pressure and so creates energy when the pressure rises.
+    /// chi = 1 is one spring of constant stiffness; deaths and openings are dissipated.
+    #[test]
+    fn one_element_is_the_jenkins_element() {
+        let mut twin = Twin::fixed_depths(1.0, 0.002, 3.0, 3.0, 1);
+        let mut spring = Jenkins::new(3.0 / 0.002);
+        for (d, limit) in [([1e-3, 0.0], 3.0), ([1e-3, 2e-3], 2.0), ([-3e-3, 1e-3], 4.0), ([0.0, -1e-3], 1.0)] {
+            twin.step(d, limit, 50);
+            spring.step(d, limit, 50);
+            for i in 0..2 {
+                assert!((twin.traction()[i] - spring.traction[i]).abs() < 1e-13);
+            }
+        }
+        let (before, held) = (twin.dissipated(), twin.stored());
+        twin.step([1.0, 0.0], 0.0, 1);
+        assert!(held > 0.0 && (twin.dissipated() - before - held).abs() < 1e-15);
+        assert_eq!(twin.traction(), [0.0; 2]);
+    }
+
+    /// The proportional rule keeps traction over T and so creates energy when T rises.
     #[test]
     fn proportional_rule_creates_energy() {
-        let mut twin = Twin::new(BACKBONES[2], 0.3, 0.002, PressureRule::Proportional, 100);
-        twin.step([0.001, 0.0], 1.0);
+        let mut twin = Twin::fixed_limits(BACKBONES[2], 0.002, 100);
+        twin.step([0.001, 0.0], 0.3, 1);
         let (t, d) = (twin.traction()[0], twin.dissipated());
-        twin.step([0.0, 0.0], 3.0);
+        twin.step([0.0, 0.0], 0.9, 1);
         assert!((twin.traction()[0] - 3.0 * t).abs() < 1e-15);
         assert!(twin.dissipated() < d);
     }

@@ -2,52 +2,58 @@
 
 use super::{Backbone, Values};
 
-/// A power-law density r^c of slip elements up to r = 1, and one element more at r = 1.
+/// A power-law density r^(q - 2) of slip elements up to r = 1, and one element more at r = 1.
 ///
-/// f = [(1 + beta)(c + 2) r - r^(c + 2)] / N with N = (c + 1) + beta (c + 2).
+/// f = [(1 + beta) q r - r^q] / N with N = (q - 1) + beta q; q = chi + 2 with Segalman's chi in (-1, 0].
 ///
-/// With q = r^(c + 1) - 1 that is f = r (1 - q/N): for c near -1, where N is small, nothing cancels then.
+/// With e = r^(q - 1) - 1 that is f = r (1 - e/N): for q near 1, where N is small, nothing cancels then.
 #[derive(Clone, Debug)]
 pub struct Segalman {
-    /// The exponent of the density, in (-1, 0].
-    c: f64,
+    /// The exponent, in (1, 2].
+    q: f64,
     beta: f64,
     /// N, which makes f(1) = 1.
     norm: f64,
+    end: Values,
 }
 
 impl Segalman {
-    /// Exponent `c` in (-1, 0] and stiffness ratio `beta` >= 0 (of the element at r = 1 to all others).
-    pub fn new(c: f64, beta: f64) -> Self {
-        Segalman {
-            c,
+    /// Exponent `q` in (1, 2] and stiffness ratio `beta` >= 0 (of the element at r = 1 to all others).
+    pub fn new(q: f64, beta: f64) -> Self {
+        let mut curve = Segalman {
+            q,
             beta,
-            norm: (c + 1.0) + beta * (c + 2.0),
-        }
+            norm: (q - 1.0) + beta * q,
+            end: Values::default(),
+        };
+        curve.end = curve.at(1.0);
+        curve
     }
 }
 
 impl Backbone for Segalman {
     #[inline]
     fn at(&self, r: f64) -> Values {
-        let c = self.c;
+        let Segalman { q, beta, norm, .. } = *self;
         // The logarithm of 0 raises a floating-point flag that some hosts trap.
-        let q = ((c + 1.0) * r.max(f64::MIN_POSITIVE).ln()).exp_m1();
+        let e = ((q - 1.0) * r.max(f64::MIN_POSITIVE).ln()).exp_m1();
         let square = r * r;
         Values {
-            f: r * (1.0 - q / self.norm),
-            slope: (c + 2.0) * (self.beta - q) / self.norm,
-            integral: square * (0.5 + (0.5 * (c + 1.0) - q) / ((c + 3.0) * self.norm)),
-            loss: (c + 1.0) * square * (1.0 + q) / ((c + 3.0) * self.norm),
+            f: r * (1.0 - e / norm),
+            slope: q * (beta - e) / norm,
+            integral: square * (0.5 + (0.5 * (q - 1.0) - e) / ((q + 1.0) * norm)),
+            loss: (q - 1.0) * square * (1.0 + e) / ((q + 1.0) * norm),
         }
     }
 
-    fn initial_slope(&self) -> f64 {
-        (self.c + 2.0) * (1.0 + self.beta) / self.norm
+    #[inline(always)]
+    fn end(&self) -> Values {
+        self.end
     }
 
-    fn grid(&self, k: usize, count: usize) -> f64 {
-        (k as f64 / count as f64).powf(2.0 / (self.c + 2.0))
+    #[inline]
+    fn initial_slope(&self) -> f64 {
+        self.q * (1.0 + self.beta) / self.norm
     }
 }
 
@@ -58,14 +64,14 @@ mod tests {
 
     #[test]
     fn ends_at_one_and_integrates() {
-        for (c, beta) in [
-            (0.0, 0.0),
-            (-0.5, 0.2),
-            (-0.84, 0.0),
-            (-0.99, 3.0),
-            (-0.99, 0.0),
+        for (q, beta) in [
+            (2.0, 0.0),
+            (1.5, 0.2),
+            (1.16, 0.0),
+            (1.01, 3.0),
+            (1.01, 0.0),
         ] {
-            let law = Segalman::new(c, beta);
+            let law = Segalman::new(q, beta);
             assert_eq!(law.at(1.0).f, 1.0);
             assert_relative_eq!(law.at(1.0 - 1e-15).f, 1.0, epsilon = 1e-14);
             for r in [1e-3, 0.1, 0.5, 0.9] {

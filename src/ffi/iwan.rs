@@ -3,8 +3,8 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 use super::guard;
-use super::native::{remember, status};
-use super::user::{array, null, write};
+use super::arguments::{array, null, write};
+use super::native::{MEPC_NOT_DESCRIBED, remember, status};
 use crate::error::{Error, Kind};
 use crate::iwan::{Direction, Iwan, Options, PAPER_TOLERANCE, Record, identify};
 use libc::c_double;
@@ -95,9 +95,6 @@ pub unsafe extern "C" fn mepc_iwan_force(
         Ok(0)
     }))
 }
-
-/// Status: there is a result, but the model does not describe the loop: outputs are written, mepc_last_error says why.
-pub const MEPC_NOT_DESCRIBED: i32 = 2;
 
 /// The four parameters of the improved Iwan model from a measured loop.
 ///

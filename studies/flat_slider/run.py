@@ -16,8 +16,6 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 FOLDER = Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parent))
-
 import numpy as np  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
@@ -29,8 +27,8 @@ from contact import Contact, Law, Solver  # noqa: E402
 
 BUILD = loops.ROOT / "build/studies/flat_slider"
 MESHES = (5, 10, 20)  # elements along an edge of the contact; the last is the study's mesh
-# The library's method and pressure rule. The last is the paper's Eq. (17): traction scales up with the pressure too.
-METHODS = {"memory": (0, 0), "penalty": (1, 0), "Lagrange": (2, 0), "memory, rule 1": (0, 1)}
+# The library's method and reference pressure over the mean one; 0 is the proportional rule, the paper's Eq. (17).
+METHODS = {"memory": (0, 0), "penalty": (1, 0), "Lagrange": (2, 0), "memory, consistent": (0, 1)}
 THREE = list(METHODS)[:3]
 MU, GCR, CHI, KN = 0.43, 2.68e-3, 2.5, 3e5
 PRESSURE = 10.0  # on the slider's top
@@ -52,9 +50,8 @@ class Run:
 
 
 def law(method):
-    """mu, gcr, chi, method, pressure rule, fraction, kn: the library's property table."""
-    number, rule = METHODS[method]
-    return Law([MU, GCR, CHI, number, rule, 0.005, KN])
+    number, part = METHODS[method]
+    return Law(mu=MU, gcr=GCR, exponent=CHI, method=number, reference_pressure=part * PRESSURE, kn=KN)
 
 
 def history():

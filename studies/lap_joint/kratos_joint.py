@@ -16,7 +16,7 @@ from KratosMultiphysics.python_linear_solver_factory import ConstructSolver
 
 ITERATIONS = 25  # of Newton's method, then the step is halved
 CUTS = 6
-HOST_PROPERTIES = [1.0, 2.0]  # PROPS 13, 14: six slots; the law sees half the jump
+HOST_PROPERTIES = [1.0, 2.0]  # PROPS 21, 22: six slots; the law sees half the jump
 PACKAGES = [
     f"Kratos{name}" for name in (
         "Multiphysics", "GeoMechanicsApplication", "StructuralMechanicsApplication", "LinearSolversApplication")]
@@ -40,7 +40,7 @@ class KratosJoint:
 
     mesh        -- of mesh.py
     held, moved -- node numbers of the two ends; all three displacements of both are prescribed
-    properties  -- PROPS 1 to 12 of each pair's law, by the pair's name"""
+    properties  -- PROPS 1 to 20 of each pair's law, by the pair's name"""
 
     def __init__(self, mesh, held, moved, young, poisson, library, properties):
         self.mesh = mesh

@@ -5,7 +5,7 @@
     study.py methods       three preloads and friction coefficients, three contact methods (Fig. 9 and 10)
     study.py blind         a case nobody has tuned to: predicted from the paper's tables, then run
     study.py convergence   finer meshes and steps
-    study.py sensitivity   kn, gcr, chi, pressure rule, base knots; the thread as a contact pair
+    study.py sensitivity   kn, gcr, chi, reference pressure, resolution; the thread as a contact pair
     study.py maps          pressure and status on the plate interface through a cycle, for the pictures
     study.py paper-size    one loop on a mesh of the paper's size (see there for time and memory)
     study.py reference     one loop on a coarse mesh; with --check compared with the result kept (guards drift only)
@@ -29,11 +29,10 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from tqdm import tqdm
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import paper  # noqa: E402
 from contact import parts  # noqa: E402
-from joint import MESHES, Case, Geometry, interface, run  # noqa: E402
+from geometry import MESHES, Geometry  # noqa: E402
+from joint import Case, interface, run  # noqa: E402
 from loops import ROOT, identify, provenance, read_csv, write_csv  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
@@ -220,8 +219,8 @@ def convergence(jobs):
 
 def sensitivity(jobs):
     changes = [
-        {}, {"kn": 1e5}, {"kn": 1e6}, {"gcr": 2e-3}, {"gcr": 4e-3}, {"chi": 1.5}, {"chi": 3.5}, {"pressure_rule": 1},
-        {"base_knots": 8}, {"base_knots": 64},
+        {}, {"kn": 1e5}, {"kn": 1e6}, {"gcr": 2e-3}, {"gcr": 4e-3}, {"chi": 1.5}, {"chi": 3.5}, 
+        {"reference_pressure": REFERENCE.preload / PLATES},
     ]
     named = {" ".join(f"{key}={value:g}" for key, value in change.items()) or "reference": change for change in changes}
     # The paper's fifth pair. Its thread carries the bolt force by flanks smeared on a cylinder.

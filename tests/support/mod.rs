@@ -7,6 +7,7 @@ pub mod flags;
 pub mod fric;
 pub mod native;
 pub mod paths;
+pub mod programs;
 pub mod structures;
 pub mod tangent;
 pub mod vectors;
@@ -14,11 +15,11 @@ pub mod vectors;
 use mepc::{Law, Response, Vector, default_state_size};
 
 /// Numbers in the header of a state.
-pub const HEADER: usize = 8;
+pub const HEADER: usize = 12;
 
-/// The shortest state array: room for two floating knots.
-pub fn least_state(ndir: usize, base: usize) -> usize {
-    HEADER + base * ndir + 2 * (1 + ndir)
+/// A state array with room for so many knots; four is the least.
+pub fn state_size(ndir: usize, knots: usize) -> usize {
+    HEADER + knots * (1 + ndir)
 }
 
 /// Properties of the power law in physical units.
@@ -31,20 +32,23 @@ pub fn unit(chi: f64) -> Vec<f64> {
     power(1.0, 1.0, chi)
 }
 
-/// Segalman's backbone with mu = gcr = 1.
+/// Segalman's backbone with mu = gcr = 1; c is the exponent of the density, in (-1, 0].
 pub fn segalman(c: f64, beta: f64) -> Vec<f64> {
-    with(&with(&unit(c), 10, 1.0), 11, beta)
+    with(&with(&unit(c + 2.0), 10, 1.0), 11, beta)
 }
 
-/// Properties with another entry (1-based, as the property table counts), the defaults filled in before it.
+/// Properties with another entry (1-based, as the property table counts); the entries before it that are not given are 0,
+/// which is their default.
 pub fn with(props: &[f64], number: usize, value: f64) -> Vec<f64> {
-    const DEFAULTS: [f64; 12] = [
-        1.0, 1.0, 2.5, 0.0, 0.0, 0.005, 0.0, 0.0, 16.0, 0.0, 0.0, 0.0,
-    ];
     let mut all = props.to_vec();
-    all.extend(DEFAULTS.iter().skip(props.len()));
+    all.resize(all.len().max(number), 0.0);
     all[number - 1] = value;
     all
+}
+
+/// The consistent rule: properties with reference pressure 1.
+pub fn consistent(props: &[f64]) -> Vec<f64> {
+    with(props, 5, 1.0)
 }
 
 /// A contact point as a host keeps it: every step starts from the state that the step before left.
@@ -54,6 +58,8 @@ pub struct Point<const N: usize> {
     pub gcr: f64,
     pub state: Vec<f64>,
     pub slip: [f64; N],
+    /// The caller's factor on mu.
+    pub mu_factor: f64,
 }
 
 impl<const N: usize> Point<N> {
@@ -71,6 +77,7 @@ impl<const N: usize> Point<N> {
             gcr,
             state: vec![0.0; nstate],
             slip: [0.0; N],
+            mu_factor: 1.0,
         }
     }
 
@@ -83,6 +90,7 @@ impl<const N: usize> Point<N> {
                 self.gcr,
                 &Vector::from(increment),
                 pressure,
+                self.mu_factor,
                 &self.state,
                 &mut end,
             )

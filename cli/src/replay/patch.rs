@@ -4,7 +4,9 @@
 //! spring: Newton with the law's consistent tangent, halving the way where the residual does not fall, halving the step
 //! where that does not help. Every trial starts from the states of the last accepted step.
 
-use super::{Common, Springs};
+use super::{Common, Replay, Springs, check_sign};
+use crate::loops::limit;
+use crate::pictures::Replayed;
 use crate::table::{Gaps, Rows, Table, check_time, csv_line};
 use anyhow::{Result, anyhow, bail};
 use mepc::state::Contact;
@@ -216,7 +218,7 @@ impl<'a, const N: usize> Patch<'a, N> {
             let pressure = target.pressure_scale * self.points.pressure[i];
             let response = self
                 .law
-                .friction(self.gcr, &increment, pressure, state0, state1)
+                .friction(self.gcr, &increment, pressure, 1.0, state0, state1)
                 .map_err(|error| match &self.points.places {
                     Some(rows) => anyhow!("point at {}: {error}", rows.place(i)),
                     None => anyhow!("{error}"),
@@ -229,7 +231,7 @@ impl<'a, const N: usize> Patch<'a, N> {
             trial.stored += area * response.stored;
             trial.dissipated += area * response.dissipated;
             trial.forgotten += usize::from(response.memory_full);
-            trial.limit += self.law.properties().mu * area * pressure.max(0.0);
+            trial.limit += area * limit(self.law.properties(), pressure.max(0.0));
         }
         Ok(trial)
     }
@@ -305,13 +307,11 @@ impl<'a, const N: usize> Patch<'a, N> {
     }
 }
 
-/// The output table, and how many updates had to forget a reversal.
-pub fn run(
-    patch: &Path,
-    history: &Path,
-    common: &Common,
-    springs: Springs,
-) -> Result<(String, usize)> {
+/// Replays the history.
+///
+/// # Errors
+/// Bad input, or no equilibrium.
+pub fn run(patch: &Path, history: &Path, common: &Common, springs: Springs) -> Result<Replay> {
     let history = Table::open(history)?;
     if history.has("displacement_2")? {
         replay::<2>(patch, history, common, springs)
@@ -355,7 +355,7 @@ fn replay<const N: usize>(
     history: Table,
     common: &Common,
     springs: Springs,
-) -> Result<(String, usize)> {
+) -> Result<Replay> {
     let mut columns = vec![history.find("time", "")?];
     for direction in 1..=N {
         columns.push(history.find(&format!("displacement_{direction}"), "")?);
@@ -375,6 +375,9 @@ fn replay<const N: usize>(
     check_time(time, &rows)?;
     let law = common.law::<N>()?;
     let points = read_points(patch)?;
+    let column = format!("{}: column pressure", patch.display());
+    check_sign(points.pressure.iter().copied(), &column)?;
+    let mut drawn = Replayed::new("displacement (mm)", "force (N)", "energy (N.mm)", N);
     let mut patch = Patch::new(&law, &points, springs)?;
 
     let numbered = |name: &str| -> String { (1..=N).map(|k| format!(",{name}_{k}")).collect() };
@@ -413,6 +416,13 @@ fn replay<const N: usize>(
             );
         }
         text += &csv_line(&values);
+        let force = patch.total_force();
+        let places = (0..N).map(|k| [target.displacement[k], force[k]]);
+        drawn.push(time[row], places, [patch.stored, patch.dissipated]);
     }
-    Ok((text, patch.forgotten))
+    Ok(Replay {
+        text,
+        forgotten: patch.forgotten,
+        drawn,
+    })
 }

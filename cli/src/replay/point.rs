@@ -1,22 +1,26 @@
 //! One point under prescribed slip and pressure: the shortest complete use of the friction form.
 
-use super::Common;
+use super::{Common, Replay, check_sign};
+use crate::pictures::Replayed;
 use crate::table::{Gaps, Table, check_time, csv_line};
 use anyhow::{Result, anyhow};
 use mepc::Vector;
 use std::path::Path;
 
-/// The output table, and how many updates had to forget a reversal.
-pub fn run(history: &Path, common: &Common) -> Result<(String, usize)> {
+/// Replays the history.
+///
+/// # Errors
+/// Bad input.
+pub fn run(history: &Path, common: &Common) -> Result<Replay> {
     let table = Table::open(history)?;
     if table.has("slip_2")? {
-        replay::<2>(table, common)
+        replay::<2>(history, table, common)
     } else {
-        replay::<1>(table, common)
+        replay::<1>(history, table, common)
     }
 }
 
-fn replay<const N: usize>(table: Table, common: &Common) -> Result<(String, usize)> {
+fn replay<const N: usize>(history: &Path, table: Table, common: &Common) -> Result<Replay> {
     let mut columns = vec![table.find("time", "")?];
     for direction in 1..=N {
         columns.push(table.find(&format!("slip_{direction}"), "")?);
@@ -26,6 +30,8 @@ fn replay<const N: usize>(table: Table, common: &Common) -> Result<(String, usiz
     let rows = table.read(&columns, Gaps::Refused, "")?;
     let (time, slips, pressure) = (&rows.columns[0], &rows.columns[1..=N], &rows.columns[N + 1]);
     check_time(time, &rows)?;
+    let column = format!("{}: column pressure", history.display());
+    check_sign(pressure.iter().copied(), &column)?;
     let law = common.law::<N>()?;
     let gcr = law
         .critical_slip(0.0)
@@ -38,12 +44,13 @@ fn replay<const N: usize>(table: Table, common: &Common) -> Result<(String, usiz
         numbered("slip"),
         numbered("traction")
     );
+    let mut drawn = Replayed::new("slip (mm)", "traction (MPa)", "energy (N/mm)", N);
     let mut before = Vector::<N>::zeros();
     let (mut dissipated, mut forgotten) = (0.0, 0);
     for row in 0..rows.len() {
         let slip = Vector::<N>::from_fn(|direction, _| slips[direction][row]);
         let response = law
-            .friction(gcr, &(slip - before), pressure[row], &state, &mut next)
+            .friction(gcr, &(slip - before), pressure[row], 1.0, &state, &mut next)
             .map_err(|error| anyhow!("{}: step {}: {error}", rows.place(row), row + 1))?;
         std::mem::swap(&mut state, &mut next);
         before = slip;
@@ -59,6 +66,12 @@ fn replay<const N: usize>(table: Table, common: &Common) -> Result<(String, usiz
             f64::from(response.contact as u8),
         ]);
         text += &csv_line(&values);
+        let places = (0..N).map(|k| [slip[k], response.traction[k]]);
+        drawn.push(time[row], places, [response.stored, dissipated]);
     }
-    Ok((text, forgotten))
+    Ok(Replay {
+        text,
+        forgotten,
+        drawn,
+    })
 }

@@ -55,13 +55,14 @@ pub enum Field {
 }
 
 /// What programs write where there is no sample.
-const MISSING: [&str; 17] = [
+const MISSING: [&str; 18] = [
     "nan",
     "-nan",
     "na",
     "n/a",
     "#n/a",
     "#na",
+    "#ref!",
     "null",
     "none",
     "-",
@@ -314,10 +315,16 @@ fn tidy(field: &[u8]) -> String {
     decode(field).trim().trim_matches('"').trim().to_string()
 }
 
+/// What a spreadsheet writes instead of a number, which is no comment.
+const SHEET_ERRORS: [&[u8]; 5] = [b"#N/A", b"#NUM!", b"#DIV/0!", b"#VALUE!", b"#REF!"];
+
 /// Whether a line is a comment; its text.
 pub fn comment(line: &[u8]) -> Option<&[u8]> {
     let line = line.trim_ascii();
     let first = line.first().filter(|b| b"#%".contains(b))?;
+    if SHEET_ERRORS.iter().any(|error| line.starts_with(error)) {
+        return None;
+    }
     let mut rest = line;
     while rest.first() == Some(first) {
         rest = &rest[1..];
@@ -479,9 +486,13 @@ impl Form {
         let mut splitter = Splitter::new(separator);
         let mut balance = vec![0i64; trial.columns];
         let mut filled = vec![false; trial.columns];
-        let mut kinds: Vec<Vec<Kind>> = Vec::new();
+        let mut kinds: Vec<Option<Vec<Kind>>> = Vec::new();
         for (_, line) in &lines {
-            let fits = splitter.split(line) && splitter.len() == trial.columns;
+            if !splitter.split(line) {
+                kinds.push(None);
+                continue;
+            }
+            let fits = splitter.len() == trial.columns;
             let fields = if fits { 0..trial.columns } else { 0..0 };
             let kind: Vec<Kind> = fields
                 .map(|k| Field::read(splitter.field(line, k), &mut decimal).kind())
@@ -492,10 +503,11 @@ impl Form {
                     filled[k] |= *kind != Kind::Missing;
                 }
             }
-            kinds.push(kind);
+            kinds.push(Some(kind));
         }
         let numeric: Vec<bool> = balance.iter().map(|b| *b >= 0).collect();
-        let is_row = |kind: &Vec<Kind>| {
+        let is_row = |kind: &Option<Vec<Kind>>| {
+            let kind = kind.as_deref().unwrap_or_default();
             let mut numbers = kind.iter().zip(&numeric).filter(|(_, numeric)| **numeric);
             numbers.clone().all(|(kind, _)| *kind != Kind::Text)
                 && numbers.any(|(kind, _)| *kind == Kind::Number)
@@ -524,12 +536,12 @@ impl Form {
             sample: Vec::new(),
         };
         let widths = [fewest, trial.columns];
-        // Lines directly above that have some numbers are rows with a fault, if the names are above them.
-        let faulty = kinds[..start]
-            .iter()
-            .rev()
-            .take_while(|kind| kind.contains(&Kind::Number))
-            .count();
+        // Lines directly above that have some numbers, or cannot be cut, are rows with a fault, if the names are above them.
+        let is_faulty = |kind: &&Option<Vec<Kind>>| {
+            kind.as_ref()
+                .is_none_or(|kind| kind.contains(&Kind::Number))
+        };
+        let faulty = kinds[..start].iter().rev().take_while(is_faulty).count();
         if faulty > 0 && form.take_names(&lines[..start - faulty], widths, &mut splitter, false) {
             start -= faulty;
         } else {
