@@ -39,7 +39,7 @@ module mepc
     !> Statuses.
     integer(c_int32_t), parameter, public :: mepc_ok = 0
     integer(c_int32_t), parameter, public :: mepc_memory_full = 1        !< a remembered knot that mattered had to be dropped
-    integer(c_int32_t), parameter, public :: mepc_not_described = 2      !< mepc_iwan_identify: not a loop of this model
+    integer(c_int32_t), parameter, public :: mepc_not_described = 2      !< mepc_iwan_identify: the model does not describe the loop
     integer(c_int32_t), parameter, public :: mepc_null_pointer = -1
     integer(c_int32_t), parameter, public :: mepc_bad_property = -2
     integer(c_int32_t), parameter, public :: mepc_bad_state = -3         !< too short or damaged

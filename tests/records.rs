@@ -358,8 +358,8 @@ fn a_parameter_at_its_bound_is_a_reason() {
 /// The C entry judges alike: status 2 with outputs and words.
 #[test]
 fn the_c_entry_judges_alike() {
-    use mepc::ffi::iwan::{MEPC_NOT_DESCRIBED, mepc_iwan_identify};
-    use mepc::ffi::native::mepc_last_error;
+    use mepc::ffi::iwan::mepc_iwan_identify;
+    use mepc::ffi::native::{MEPC_NOT_DESCRIBED, mepc_last_error};
     let x = sine(5);
     let status = |x: &[f64], force: &[f64], method: i32| {
         let (mut parameters, mut errors, mut misfit) = ([-1.0; 4], [-1.0; 4], -1.0);

@@ -320,10 +320,7 @@ fn case(file: String, preload: f64, record: Record, mut joint: Fit, chi: f64) ->
 
 /// The loop as measured, and that of the law as fitted to it: displacement from the middle, force from its mean.
 fn drawn(record: &Record, case: &Case) -> Result<[Vec<[f64; 2]>; 2]> {
-    let indices = record
-        .branches
-        .iter()
-        .flat_map(|branch| branch.points());
+    let indices = record.branches.iter().flat_map(|b| b.points());
     let data = indices.map(|i| {
         [
             record.displacement[i] - record.centre,

@@ -3,8 +3,8 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 use super::guard;
-use super::native::{MEPC_NOT_DESCRIBED, remember, status};
 use super::arguments::{array, null, write};
+use super::native::{MEPC_NOT_DESCRIBED, remember, status};
 use crate::error::{Error, Kind};
 use crate::iwan::{Direction, Iwan, Options, PAPER_TOLERANCE, Record, identify};
 use libc::c_double;

@@ -492,8 +492,8 @@ pub extern "C" fn mepc_status_message(status: i32) -> *const c_char {
     .as_ptr()
 }
 
-/// This thread's last error in words: which argument, its value, what was expected; after MEPC_NOT_DESCRIBED why. Never NULL,
-/// empty before the first error. The text is valid until this thread's next failing call.
+/// This thread's last error in words: which argument, its value, what was expected. Never NULL, empty before the
+/// first error. The text is valid until this thread's next failing call.
 #[unsafe(no_mangle)]
 pub extern "C" fn mepc_last_error() -> *const c_char {
     LAST_ERROR

@@ -45,7 +45,7 @@ const NOISY: f64 = 0.003;
 /// A sum of squares at the 95 % point of chi^2 with one degree of freedom above the least is still likely.
 const LIKELY: f64 = 3.841_459;
 /// A plateau is plain where at this part of the branch no more than that part of F_s is missing.
-const PLAIN: [f64; 2] = [0.8, 0.005];
+const PLAIN: [f64; 2] = [0.8, 0.001];
 /// Residuals below this part of the force range are rounding.
 pub(super) const ROUNDING: f64 = 1e-7;
 /// Unknowns of the curve, and of a fit without more.
