@@ -210,8 +210,7 @@ impl<const N: usize> Law<N> {
     /// Reads and checks a state.
     #[inline(always)]
     pub(crate) fn read(&self, state0: &[f64], start: &mut Start<N>) -> Result<(), Error> {
-        start.header = self.layout.read(state0, &mut start.knots)?;
-        Ok(())
+        self.layout.read(state0, &mut start.header, &mut start.knots)
     }
 
     /// Refuses an end state of another length.
@@ -401,6 +400,7 @@ impl<const N: usize> Law<N> {
     }
 
     /// A closed contact goes on: the critical slip that follows from the limit, the memory curve, the physical units.
+    // Not inlined: one copy per number of directions, not one per face.
     #[inline(never)]
     fn advance(
         &self,
@@ -459,6 +459,9 @@ impl<const N: usize> Law<N> {
         let copy = if nothing { Some(start.knots.clone()) } else { None };
         let mut outcome = Outcome::new();
         match &self.backbone {
+            Choice::FiveHalves(curve) => {
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+            }
             Choice::PowerLaw(curve) => {
                 memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
             }

@@ -181,8 +181,8 @@ impl Layout {
         })
     }
 
-    /// Reads and checks a state, of which the used part is enough. Its knots go to `knots`, empty before, with every
-    /// deflection brought onto its slip limit.
+    /// Reads and checks a state, of which the used part is enough, into `header` and `knots`, both empty before. Every
+    /// deflection is brought onto its slip limit.
     ///
     /// # Errors
     /// [`Kind::BadState`] names the slot, its value and what it may be.
@@ -190,11 +190,12 @@ impl Layout {
     pub fn read<const N: usize>(
         &self,
         state: &[f64],
+        header: &mut Header,
         knots: &mut Knots<N>,
-    ) -> Result<Header, Error> {
+    ) -> Result<(), Error> {
         debug_assert_eq!(N, self.ndir);
         let used = HEADER + self.knots * (1 + N);
-        let Some((header, memory)) = state
+        let Some((first, memory)) = state
             .get(..used)
             .and_then(|state| state.split_first_chunk::<HEADER>())
         else {
@@ -202,49 +203,45 @@ impl Layout {
             return Err(Error::about(Kind::BadState, "state0", expected).count(state.len()));
         };
         // First one look at all of it; only where that finds something it is told what.
-        let number = header[10] as u8 as usize;
-        let mut good = header[11].to_bits() == LAYOUT.to_bits()
-            && header[10].to_bits() == (number as f64).to_bits()
-            && number <= self.knots
-            && all_finite(header)
-            && [1, 2, 3, 5, 9].iter().all(|index| header[*index] >= 0.0)
-            && (header[1] > 0.0 || number == 0);
-        let contact = Contact::ALL.get(header[0] as u8 as usize).copied().unwrap_or_default();
-        good &= header[0].to_bits() == f64::from(contact as u8).to_bits();
-        if good {
-            let memory = &memory[..number * (1 + N)];
-            good = all_finite(memory) && read_knots(memory, knots);
+        if !all_finite(first) || first[11] != LAYOUT {
+            return self.read_carefully(state, knots);
         }
-        if !good && let Some(virgin) = self.read_carefully(state, knots)? {
-            return Ok(virgin);
+        let [status, pressure, limit, stored, dissipated, slip_length, opening, jump1, jump2, forgotten, count, _] =
+            *first;
+        let (number, contact) = (usize::from(count as u8), Contact::ALL[usize::from(status as u8 & 3)]);
+        let counts = number as f64 == count && number <= self.knots && (pressure > 0.0 || number == 0);
+        let positive = pressure >= 0.0 && limit >= 0.0 && stored >= 0.0 && slip_length >= 0.0 && forgotten >= 0.0;
+        if !(counts && positive && f64::from(contact as u8) == status) {
+            return self.read_carefully(state, knots);
         }
-        Ok(Header {
+        *header = Header {
             contact,
-            pressure: header[1],
-            limit: header[2],
-            stored: header[3],
-            dissipated: header[4],
-            slip_length: header[5],
-            opening: header[6],
-            jump: [header[7], header[8]],
-            forgotten: header[9],
-        })
+            pressure,
+            limit,
+            stored,
+            dissipated,
+            slip_length,
+            opening,
+            jump: [jump1, jump2],
+            forgotten,
+        };
+        let memory = &memory[..number * (1 + N)];
+        if !all_finite(memory) || !read_knots(memory, knots) {
+            return self.read_carefully(state, knots);
+        }
+        Ok(())
     }
 
     /// Number by number: what is wrong with a state, or a state of lengths so large, so small or so near to each other that
-    /// their squares say nothing. Gives a header where that is not what the state holds.
+    /// their squares say nothing. The header is right, or that of a virgin state.
     #[cold]
-    fn read_carefully<const N: usize>(
-        &self,
-        state: &[f64],
-        knots: &mut Knots<N>,
-    ) -> Result<Option<Header>, Error> {
+    fn read_carefully<const N: usize>(&self, state: &[f64], knots: &mut Knots<N>) -> Result<(), Error> {
         knots.clear();
         if let Some(index) = state[..HEADER].iter().position(|value| !finite(*value)) {
             return Err(self.bad(state, index, "must be finite"));
         }
         if state[11] != LAYOUT {
-            return self.read_unused(state).map(Some);
+            return self.read_unused(state);
         }
         let status = state[0];
         if f64::from(status as u8) != status || usize::from(status as u8) >= Contact::ALL.len() {
@@ -297,14 +294,14 @@ impl Layout {
             below = Knot { r, u };
             knots.push(below);
         }
-        Ok(None)
+        Ok(())
     }
 
     /// Takes a state without the number of this layout: only the virgin one, all zeros.
     #[cold]
-    fn read_unused(&self, state: &[f64]) -> Result<Header, Error> {
+    fn read_unused(&self, state: &[f64]) -> Result<(), Error> {
         if state[..self.used()].iter().all(|value| *value == 0.0) {
-            return Ok(Header::default());
+            return Ok(());
         }
         Err(self.bad(
             state,

@@ -10,7 +10,7 @@
 mod power_law;
 mod segalman;
 
-pub use power_law::PowerLaw;
+pub use power_law::{FiveHalves, PowerLaw};
 pub use segalman::Segalman;
 
 /// A backbone and its integrals at one r.
@@ -110,7 +110,9 @@ impl<B: Backbone> Over<'_, B> {
 /// The backbone that the properties name.
 #[derive(Clone, Debug)]
 pub enum Choice {
-    /// The paper's power law (PROPS 10 = 0).
+    /// The power law with the paper's exponent, 5/2 (PROPS 10 = 0).
+    FiveHalves(FiveHalves),
+    /// The power law with another exponent (PROPS 10 = 0).
     PowerLaw(PowerLaw),
     /// Segalman's four-parameter Iwan model (PROPS 10 = 1).
     Segalman(Segalman),
@@ -120,8 +122,18 @@ impl Choice {
     /// f'(0), the sticking stiffness.
     pub fn initial_slope(&self) -> f64 {
         match self {
+            Choice::FiveHalves(curve) => curve.initial_slope(),
             Choice::PowerLaw(curve) => curve.initial_slope(),
             Choice::Segalman(curve) => curve.initial_slope(),
+        }
+    }
+
+    /// A quarter of the energy that a closed cycle of amplitude a dissipates, see [`Backbone::cycle_loss`].
+    pub fn cycle_loss(&self, a: f64) -> f64 {
+        match self {
+            Choice::FiveHalves(curve) => curve.cycle_loss(a),
+            Choice::PowerLaw(curve) => curve.cycle_loss(a),
+            Choice::Segalman(curve) => curve.cycle_loss(a),
         }
     }
 }

@@ -77,7 +77,8 @@ fn on_cone(r: f64, u: &V) -> bool {
 }
 
 /// Moves the curve `start` by an increment; `end`, empty before, gets the curve at the end.
-#[inline(always)]
+// Not inlined: one copy per backbone, not one per face.
+#[inline(never)]
 pub fn step<B: Backbone>(
     backbone: &B,
     start: &mut Knots<2>,
@@ -661,9 +662,7 @@ struct Kept {
     n: V,
     f: f64,
     kind: Kind,
-    /// Square of the part of T that is lost with it.
-    importance: f64,
-    /// Numbers of the places beside it.
+    /// Numbers of the places beside it that are left.
     below: u16,
     above: u16,
 }
@@ -679,6 +678,8 @@ struct Walk<'a, B> {
     /// Square of the largest part of T that a chord hides for want of room.
     hidden: f64,
     kept: ArrayVec<Kept, PLACES>,
+    /// Squares of the part of T that is lost with each of them; infinite for the apex and for what was dropped.
+    importance: ArrayVec<f64, PLACES>,
     needless: bool,
     /// The segment last added: width, secant of f, slope of u.
     width: f64,
@@ -710,6 +711,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
             middles: PLACES - 3 * trial,
             hidden: 0.0,
             kept: ArrayVec::new(),
+            importance: ArrayVec::new(),
             needless: false,
             width: 0.0,
             secant: 0.0,
@@ -784,7 +786,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
                     (AT_APEX * self.path.critical, 0.25 * self.tolerance),
                 )
             }
-            None => KEEP,
+            None => f64::INFINITY,
         };
         self.needless |= importance < 0.0;
         self.settle(a, secant, &slope);
@@ -795,13 +797,13 @@ impl<'a, B: Backbone> Walk<'a, B> {
     #[inline(always)]
     fn keep(&mut self, place: &Place, importance: f64) {
         let number = self.kept.len() as u16;
+        self.importance.push(importance);
         self.kept.push(Kept {
             r: place.r,
             u: place.u,
             n: place.n,
             f: place.at.f,
             kind: place.kind,
-            importance,
             below: number.wrapping_sub(1),
             above: number + 1,
         });
@@ -880,20 +882,21 @@ impl<'a, B: Backbone> Walk<'a, B> {
         if self.needless {
             let mut k = 1;
             while k < last {
-                let (below, above) = (self.kept[k].below, self.kept[k].above);
-                if self.kept[k].importance < 0.0 {
+                let Kept { below, above, .. } = self.kept[k];
+                let needless = self.importance[k] < 0.0;
+                if needless {
                     self.drop(k);
                     count -= 1;
                 }
-                k = if self.kept[k].importance == f64::INFINITY && below > 0 { below } else { above } as usize;
+                k = usize::from(if needless && below > 0 { below } else { above });
             }
         }
         let mut given_up = self.hidden;
         while count > room {
             let (mut least, mut index) = (f64::INFINITY, 1);
-            for (k, place) in self.kept.iter().enumerate().take(last).skip(1) {
-                if place.importance < least {
-                    (least, index) = (place.importance, k);
+            for (k, &importance) in self.importance[..last].iter().enumerate() {
+                if importance < least {
+                    (least, index) = (importance, k);
                 }
             }
             if least < KEEP {
@@ -902,8 +905,8 @@ impl<'a, B: Backbone> Walk<'a, B> {
             self.drop(index);
             count -= 1;
         }
-        for place in &self.kept[1..] {
-            if place.importance < f64::INFINITY {
+        for (place, &importance) in self.kept.iter().zip(&self.importance) {
+            if importance < f64::INFINITY {
                 end.push(Knot { r: place.r, u: place.u.into() });
             }
         }
@@ -913,7 +916,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
     /// Drops place k, neither the first nor the last: its importance becomes infinite, those beside it are neighbours.
     fn drop(&mut self, k: usize) {
         let (below, above) = (self.kept[k].below, self.kept[k].above);
-        self.kept[k].importance = f64::INFINITY;
+        self.importance[k] = f64::INFINITY;
         self.kept[below as usize].above = above;
         self.kept[above as usize].below = below;
         for k in [below as usize, above as usize] {
@@ -925,7 +928,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
                 let [over_low, over_high] = [low, high].map(|h| if h > 0.0 { 1.0 / h } else { 0.0 });
                 let bend = (b.u - a.u) * over_low - (c.u - b.u) * over_high;
                 let kink = (b.f - a.f) * over_low - (c.f - b.f) * over_high;
-                self.kept[k].importance = importance(
+                self.importance[k] = importance(
                     (a.kind, &a.n),
                     (b.kind, b.r),
                     (c.kind, &c.n, c.r == self.path.critical),
