@@ -718,7 +718,7 @@ fn calibration_gives_the_law_back() {
         "1.5",
     ]);
     assert!(
-        run.errors.contains("chi = 1.5 fits worse"),
+        run.errors.contains("chi = 1.5 of the contact fits worse"),
         "{}",
         run.errors
     );
@@ -830,7 +830,12 @@ fn calibration_refuses_and_warns() {
     assert!(run.errors.lines().all(|line| line.contains(": reading: ")));
     assert!(run.output.contains("Next: mepc deck"));
     let run = tool.run(&[&calibrate(&files, &preloads)[..], &["--chi", "4"]].concat());
-    assert!(run.errors.contains("chi = 4 fits worse"), "{}", run.errors);
+    assert_eq!(run.code, 3);
+    assert!(
+        run.errors.contains("chi = 4 of the contact fits worse"),
+        "{}",
+        run.errors
+    );
 
     // Two preloads leave K_e to within 11 % or so.
     let run = tool.run(&calibrate(&files[1..], &preloads[1..]));
