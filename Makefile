@@ -17,6 +17,7 @@ INTERFACE := $(basename $(VERSION))
 
 PREFIX ?= /usr/local
 LIBDIR ?= lib
+ORACLE := cargo run --quiet --release --package mepc-oracle --
 
 C_SOURCES := $(wildcard c_driver/*.c)
 FORTRAN_MODULES := include/mepc.f90 fortran_driver/text_table.f90 fortran_driver/fric_host.f90
@@ -107,6 +108,8 @@ check: library ## formatting, lints, and drift of generated files
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
 	$(XTASK) header --check
 	$(XTASK) symbols --check
+	$(ORACLE) vectors --check
+	$(ORACLE) cases --check
 
 VALGRIND := valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay
 
@@ -119,9 +122,11 @@ memcheck: ## the C driver under valgrind
 	$(VALGRIND) patch $(LIBRARY) 0.3,0.002,1.5 cases/disc_patch.csv cases/torsion_history.csv --nstate 24 > build/memcheck.csv
 
 .PHONY: generated
-generated: library ## write the generated files anew: header, symbol list, pictures of the docs
+generated: library ## write the generated files anew: header, symbol list, vectors, cases, pictures of the docs
 	$(XTASK) header
 	$(XTASK) symbols
+	$(ORACLE) vectors
+	$(ORACLE) cases
 	$(MAKE) demo DEMO_OPTIONS=--docs
 
 .PHONY: bench
@@ -146,7 +151,7 @@ docs: setup-checks ## the documentation as a site in build/docs/html, by mdBook 
 	python3 scripts/docs.py build/docs-venv/bin/mdbook
 
 .PHONY: hosts
-hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
+hosts: library cli ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
 	hosts/setup.sh
 	build/hosts-venv/bin/python hosts/kratos/run.py $(HOSTS_SIZE)
 	build/hosts-venv/bin/python hosts/opengeosys/run.py $(HOSTS_SIZE)
@@ -161,18 +166,18 @@ hosts-small: ## the same with the smallest boxes
 MPI := build/mpi-venv/bin/python hosts/dolfinx
 
 .PHONY: mpi
-mpi: library ## the law under MPI, dolfinx and PETSc: all checks, up to three ranks (some ten minutes)
+mpi: library cli ## the law under MPI, dolfinx and PETSc: all checks, up to three ranks (some ten minutes)
 	hosts/dolfinx/setup.sh
 	hosts/setup.sh
 	$(MPI)/check.py
 
 .PHONY: mpi-small
-mpi-small: library ## the same on two ranks with the smallest mesh (a minute)
+mpi-small: library cli ## the same on two ranks with the smallest mesh (a minute)
 	hosts/dolfinx/setup.sh
 	$(MPI)/check.py --small
 
 .PHONY: mpi-scaling
-mpi-scaling: library ## time per iteration on one rank and on two (wants two idle cores)
+mpi-scaling: library cli ## time per iteration on one rank and on two (wants two idle cores)
 	hosts/dolfinx/setup.sh
 	$(MPI)/scaling.py
 

@@ -48,52 +48,82 @@ void check(replay *run, int32_t status, size_t row, const char *point) {
     run->memory_full += status == MEPC_MEMORY_FULL;
 }
 
-/* One point: friction form (step by step, or all steps in one call) or interface form. */
+/* One point: what goes in and comes out, step after step. */
+typedef struct {
+    size_t rows;
+    double *increment, *pressure, *state, *traction, *energy, *contact;
+} point;
+
+/* Friction form, one call for each step. The steps are known to be final, so the new state may overwrite the old one; no
+ * factor on mu and no tangent is needed (NULL). A solver that iterates keeps the old state until the step is accepted:
+ * see patch.c. */
+static void step_by_step(replay *run, point *p) {
+    size_t n = run->ndir;
+    for (size_t k = 0; k < p->rows; k++) {
+        int32_t status = run->lib.friction(run->law, p->increment + k * n, p->pressure[k], NULL, p->state, p->state,
+                                           p->traction + k * n, NULL, NULL, p->energy + 2 * k);
+        check(run, status, k, "");
+        p->contact[k] = p->state[0];
+    }
+}
+
+/* Friction form, all steps in one call. It stops at a step that is refused; rows from there on are not written. */
+static void at_once(replay *run, point *p) {
+    size_t row = 0;
+    for (size_t k = 0; k < p->rows; k++) {
+        p->energy[2 * k] = NAN;
+    }
+    int32_t status = run->lib.friction_history(run->law, (int64_t)p->rows, p->increment, p->pressure, NULL, p->state,
+                                               p->traction, NULL, NULL, p->energy);
+    while (row + 1 < p->rows && !isnan(p->energy[2 * row])) {
+        row++;
+    }
+    check(run, status, row, "");
+}
+
+/* Interface form: total opening in (normal, positive when apart; then tangential), normal and tangential traction out. */
+static void by_openings(replay *run, point *p) {
+    size_t components = 1 + run->ndir;
+    for (size_t k = 0; k < p->rows; k++) {
+        int32_t status = run->lib.interface(run->law, run->in.values + k * run->in.columns + 1, NULL, p->state, p->state,
+                                            p->traction + k * components, NULL, p->energy + 2 * k);
+        check(run, status, k, "");
+        p->contact[k] = p->state[0];
+    }
+}
+
 static void replay_point(replay *run, int kind) {
-    size_t n = run->ndir, rows = run->in.count / run->in.columns, components = kind == INTERFACE ? 1 + n : n;
-    double *state = allocate(run->nstate, sizeof(double)); /* zeros: virgin */
-    double *increment = allocate(rows * n, sizeof(double)), *pressure = allocate(rows, sizeof(double));
-    double *traction = allocate(rows * components, sizeof(double)), *energy = allocate(rows * 2, sizeof(double));
-    double dissipated = 0.0;
-    int32_t status = 0;
+    size_t n = run->ndir, columns = run->in.columns, rows = run->in.count / columns;
+    size_t components = kind == INTERFACE ? 1 + n : n;
+    double *block = allocate(rows * (n + components + 4) + run->nstate, sizeof *block), dissipated = 0.0;
+    point p = {.rows = rows, .increment = block, .pressure = block + rows * n};
+    p.traction = p.pressure + rows;
+    p.energy = p.traction + rows * components; /* stored at the end, dissipated in the increment */
+    p.contact = p.energy + rows * 2;
+    p.state = p.contact + rows; /* zeros: virgin */
     for (size_t k = 0; k < rows; k++) {
-        const double *in = run->in.values + k * run->in.columns; /* time, slip, pressure; or time, opening, jumps */
+        const double *in = run->in.values + k * columns; /* time, slip, pressure; or time, opening, jumps */
         for (size_t i = 0; i < n; i++) {
-            increment[k * n + i] = in[1 + i] - (k > 0 ? in[1 + i - run->in.columns] : 0.0);
+            p.increment[k * n + i] = in[1 + i] - (k > 0 ? in[1 + i - columns] : 0.0);
         }
-        pressure[k] = in[1 + n];
-        energy[2 * k] = NAN;
+        p.pressure[k] = in[1 + n];
     }
-    if (kind == HISTORY) { /* stops at a step that is refused; rows from there on are not written */
-        status = run->lib.friction_history(run->law, (int64_t)rows, increment, pressure, NULL, state, traction, NULL, NULL,
-                                           energy);
-        run->memory_full += status == MEPC_MEMORY_FULL;
+    if (kind == POINT) {
+        step_by_step(run, &p);
+    } else if (kind == HISTORY) {
+        at_once(run, &p);
+    } else {
+        by_openings(run, &p);
     }
     for (size_t k = 0; k < rows; k++) {
-        const double *in = run->in.values + k * run->in.columns;
-        /* These steps are known to be final, so the new state may overwrite the old one; no tangent is needed (NULL), nor a
-         * factor on mu. A solver that iterates keeps the old state until the step is accepted: see patch.c. */
-        if (kind == POINT) {
-            status = run->lib.friction(run->law, increment + k * n, pressure[k], NULL, state, state, traction + k * n, NULL,
-                                       NULL, energy + 2 * k);
-        } else if (kind == INTERFACE) {
-            status = run->lib.interface(run->law, in + 1, NULL, state, state, traction + k * components, NULL,
-                                        energy + 2 * k);
-        }
-        if (isnan(energy[2 * k]) || kind != HISTORY) {
-            check(run, status, k, "");
-        }
-        dissipated += energy[2 * k + 1]; /* energy: stored at the end, dissipated in the increment */
-        table_add(&run->out, &run->in, k, in, run->in.columns);
-        table_add(&run->out, &run->in, k, traction + k * components, components);
-        table_add(&run->out, &run->in, k, energy + 2 * k, 1);
+        dissipated += p.energy[2 * k + 1];
+        table_add(&run->out, &run->in, k, run->in.values + k * columns, columns);
+        table_add(&run->out, &run->in, k, p.traction + k * components, components);
+        table_add(&run->out, &run->in, k, p.energy + 2 * k, 1);
         table_add(&run->out, &run->in, k, &dissipated, 1);
-        table_add(&run->out, &run->in, k, state, kind != HISTORY); /* the contact status */
+        table_add(&run->out, &run->in, k, p.contact + k, kind != HISTORY);
     }
-    double *arrays[] = {state, increment, pressure, traction, energy};
-    for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
-        free(arrays[i]);
-    }
+    free(block);
 }
 
 /* Checks the properties once and for all. */

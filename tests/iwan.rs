@@ -359,7 +359,7 @@ fn odd_records_are_never_trusted() {
     let (x, force) = loops(TRUTH, AMPLITUDE, 50, 1, Sampling::Uniform);
     for factor in [1e-200, 1e200] {
         let huge: Vec<f64> = force.iter().map(|f| f * factor).collect();
-        let message = Record::new(&x, &huge).unwrap_err().message;
+        let message = Record::new(&x, &huge).unwrap_err().to_string();
         assert!(message.contains("force: the largest value"), "{message}");
         let far: Vec<f64> = x.iter().map(|x| x * factor).collect();
         assert!(Record::new(&far, &force).is_err());
@@ -409,7 +409,7 @@ fn a_loop_that_turns_the_wrong_way_is_refused() {
     let (mut x, mut force) = loops(TRUTH, AMPLITUDE, 100, 2, Sampling::Uniform);
     x.reverse();
     force.reverse();
-    let message = Record::new(&x, &force).unwrap_err().message;
+    let message = Record::new(&x, &force).unwrap_err().to_string();
     assert!(message.contains("turns the wrong way"), "{message}");
 }
 

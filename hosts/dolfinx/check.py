@@ -127,7 +127,7 @@ def ranks_and_reference(model, arguments, limit, ranks, python):
     for number in ranks[1:]:
         expect_same(f"{model}: {number} ranks and {ranks[0]}", first, tables[number])
     file = BUILD / f"{model}-scikit-fem.csv"
-    subprocess.run([python, HERE / "reference.py", model, file, *arguments], check=True)
+    subprocess.run([python, ROOT / "hosts/scikit_fem/loops_for_dolfinx.py", model, file, *arguments], check=True)
     reference = table(file.stem)
     expect(f"{model}: force against scikit-fem, over F_s", np.abs(first["force"] - reference["force"]).max() / limit, 1e-6)
     expect(f"{model}: dissipation against scikit-fem, over the largest", np.abs(

@@ -4,20 +4,16 @@
 Nodes are numbered as in the arrays of the mesh (input numbers), whatever the partition. Only rank 0 needs the mesh;
 what lies on surfaces is known to all ranks."""
 
-import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from law import properties
+import geometry
+import paper
+from mesh import Pair
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "studies"), str(ROOT / "studies/lap_joint")]
-
-import geometry  # noqa: E402
-import paper  # noqa: E402
-from mesh import Pair  # noqa: E402
 
 
 @dataclass
@@ -26,7 +22,7 @@ class Model:
 
     key: dict  # what the model was made from: a restart must be given the same
     pairs: list  # of studies/mesh.py's Pair
-    props: dict  # of the law, by the pair's name
+    props: dict  # keywords of the law, by the pair's name
     young: float
     poisson: float
     fixed: list  # (nodes, direction): displacements that are zero
@@ -94,7 +90,7 @@ def flat_slider(along=2, quarter=24, method="memory", mu=0.43, gcr=2e-3, chi=2.5
         key=dict(model="flat_slider", along=along, quarter=quarter, method=method, mu=mu, gcr=gcr, chi=chi, load=load,
                  amplitude=amplitude, kn=kn, reference_pressure=reference_pressure),
         pairs=[Pair("contact", lower, upper, area, frame, faces)],
-        props={"contact": properties(mu, gcr, chi, method, kn, reference_pressure)},
+        props={"contact": dict(mu=mu, gcr=gcr, exponent=chi, method=method, kn=kn, reference_pressure=reference_pressure)},
         young=200e3, poisson=0.3,
         fixed=[*((held, direction) for direction in range(3)), (top, 1)],
         moved=(top, 0),
@@ -118,7 +114,7 @@ def lap_joint(mesh="coarse", quarter=16, method="memory", mu=0.3, gcr=2.68e-3, c
     """The bolted joint: first tightened until the bolt has its preload, then the end of the moving plate is moved."""
     grid = geometry.build(density=geometry.MESHES[mesh])
     held, moved = geometry.supports(grid)
-    plates, others = (properties(mu, gcr, exponent, name, kn, reference_pressure)
+    plates, others = (dict(mu=mu, gcr=gcr, exponent=exponent, method=name, kn=kn, reference_pressure=reference_pressure)
                       for exponent, name in ((chi, method), (1.0, "penalty")))
     bodies = sorted(set(grid.body))
     return Model(

@@ -131,7 +131,9 @@ impl Twin {
                 Kind::FixedLimits => (element.place, element.place),
                 Kind::FixedDepths(..) => ((before - element.place).max(0.0), (critical - element.place).max(0.0)),
             };
-            let mut end = [u[0] + d[0], u[1] + d[1]];
+            // Born in this sub-step, it has only moved since.
+            let lives = if limit_before == 0.0 && limit > 0.0 { limit / (critical - before) } else { 1.0 };
+            let mut end = [u[0] + lives * d[0], u[1] + lives * d[1]];
             let length = end[0].hypot(end[1]);
             if length > limit {
                 end = end.map(|x| x * limit / length);

@@ -564,7 +564,7 @@ mod tests {
             (line.clone(), vec![0.0; 3], "as many"),
             (Vec::new(), Vec::new(), "0 points"),
         ] {
-            let message = Record::new(&x, &force).unwrap_err().message;
+            let message = Record::new(&x, &force).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
         }
     }

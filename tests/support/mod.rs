@@ -58,6 +58,8 @@ pub struct Point<const N: usize> {
     pub gcr: f64,
     pub state: Vec<f64>,
     pub slip: [f64; N],
+    /// The caller's factor on mu.
+    pub mu_factor: f64,
 }
 
 impl<const N: usize> Point<N> {
@@ -75,6 +77,7 @@ impl<const N: usize> Point<N> {
             gcr,
             state: vec![0.0; nstate],
             slip: [0.0; N],
+            mu_factor: 1.0,
         }
     }
 
@@ -87,7 +90,7 @@ impl<const N: usize> Point<N> {
                 self.gcr,
                 &Vector::from(increment),
                 pressure,
-                1.0,
+                self.mu_factor,
                 &self.state,
                 &mut end,
             )

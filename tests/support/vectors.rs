@@ -12,7 +12,7 @@ pub struct VectorFile {
     pub props: Vec<f64>,
     pub nstate: usize,
     pub ndir: usize,
-    /// Largest errors, as multiples of mu p (traction) and mu p gcr (energies).
+    /// Largest errors, as multiples of the largest limit traction (traction), and of that times gcr (energies).
     pub tolerances: Tolerances,
     pub rows: Vec<Row>,
 }
@@ -27,14 +27,23 @@ pub struct Tolerances {
 pub struct Row {
     pub slip: Vec<f64>,
     pub pressure: f64,
+    /// The caller's factor on mu; 1 where the file has none.
+    pub mu_factor: f64,
     pub traction: Vec<f64>,
     pub dissipated: Option<f64>,
     pub stored: Option<f64>,
     pub status: Option<i32>,
 }
 
-/// All vectors, by name.
+/// All vectors without a factor on mu, by name: those that every face can replay.
 pub fn all() -> Vec<VectorFile> {
+    let mut files = every();
+    files.retain(|file| file.rows.iter().all(|row| row.mu_factor == 1.0));
+    files
+}
+
+/// All vectors, by name.
+pub fn every() -> Vec<VectorFile> {
     let entries = std::fs::read_dir(DIRECTORY).expect(DIRECTORY);
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.expect("an entry").path())
@@ -83,10 +92,18 @@ impl VectorFile {
         );
         let energies = ["expected_dissipated_energy", "expected_stored_energy"].map(column);
         let tolerance = |key_: &str, used: bool| if used { number(key(key_)) } else { f64::NAN };
-        let status = column("expected_status");
+        let (status, factor) = (column("expected_status"), column("mu_factor"));
+        let mut props = Vec::new();
+        for word in key("properties").split_whitespace() {
+            let (property, value) = word.split_once('=').unwrap_or_else(|| panic!("{name}: {word}"));
+            let index = mepc::NAMES.iter().position(|known| *known == property);
+            let index = index.unwrap_or_else(|| panic!("{name}: no property {property}"));
+            props.resize(props.len().max(index + 1), 0.0);
+            props[index] = number(value);
+        }
         VectorFile {
             path: path.to_path_buf(),
-            props: key("props").split(',').map(number).collect(),
+            props,
             nstate: key("nstate").parse().expect("a size"),
             ndir,
             tolerances: Tolerances {
@@ -102,6 +119,7 @@ impl VectorFile {
                     Row {
                         slip: slip.iter().map(|index| at(*index)).collect(),
                         pressure: at(pressure),
+                        mu_factor: factor.map_or(1.0, at),
                         traction: traction.iter().map(|index| at(*index)).collect(),
                         dissipated: energies[0].map(at),
                         stored: energies[1].map(at),
@@ -122,12 +140,15 @@ impl VectorFile {
             .into_owned()
     }
 
-    /// mu p with the largest pressure of the file: the scale of tractions.
+    /// The largest limit traction of the file: the scale of tractions. The run-in only lowers it.
     pub fn limit(&self) -> f64 {
-        self.props[0] * self.rows.iter().map(|row| row.pressure).fold(0.0, f64::max)
+        let property = |number: usize| self.props.get(number - 1).copied().unwrap_or(0.0);
+        let cap = if property(13) > 0.0 { property(13) } else { f64::INFINITY };
+        let limit = |row: &Row| (property(12) + row.mu_factor * self.props[0] * row.pressure).min(cap);
+        self.rows.iter().map(limit).fold(0.0, f64::max)
     }
 
-    /// mu p gcr: the scale of energies.
+    /// That times gcr: the scale of energies.
     pub fn energy(&self) -> f64 {
         self.limit() * self.props[1]
     }

@@ -152,7 +152,7 @@ impl Row {
             Some(radius) => (
                 expected::steady_turn(case, method, radius, c.column("pressure")?[0]),
                 "circle integral",
-                [expected.tolerance[0], 0.025],
+                [expected.tolerance[0], 0.01],
             ),
         };
         // The other methods have no reversals to remember.
