@@ -151,7 +151,7 @@ docs: setup-checks ## the documentation as a site in build/docs/html, by mdBook 
 	python3 scripts/docs.py build/docs-venv/bin/mdbook
 
 .PHONY: hosts
-hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
+hosts: library cli ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
 	hosts/setup.sh
 	build/hosts-venv/bin/python hosts/kratos/run.py $(HOSTS_SIZE)
 	build/hosts-venv/bin/python hosts/opengeosys/run.py $(HOSTS_SIZE)
@@ -166,18 +166,18 @@ hosts-small: ## the same with the smallest boxes
 MPI := build/mpi-venv/bin/python hosts/dolfinx
 
 .PHONY: mpi
-mpi: library ## the law under MPI, dolfinx and PETSc: all checks, up to three ranks (some ten minutes)
+mpi: library cli ## the law under MPI, dolfinx and PETSc: all checks, up to three ranks (some ten minutes)
 	hosts/dolfinx/setup.sh
 	hosts/setup.sh
 	$(MPI)/check.py
 
 .PHONY: mpi-small
-mpi-small: library ## the same on two ranks with the smallest mesh (a minute)
+mpi-small: library cli ## the same on two ranks with the smallest mesh (a minute)
 	hosts/dolfinx/setup.sh
 	$(MPI)/check.py --small
 
 .PHONY: mpi-scaling
-mpi-scaling: library ## time per iteration on one rank and on two (wants two idle cores)
+mpi-scaling: library cli ## time per iteration on one rank and on two (wants two idle cores)
 	hosts/dolfinx/setup.sh
 	$(MPI)/scaling.py
 

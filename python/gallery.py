@@ -40,13 +40,16 @@ def circle():
 
 
 def ripple():
-    """Slip of .4 gcr while the pressure pulses by 40 %, a quarter of a cycle ahead; both rules, and the dissipation of
-    the last cycle over mu p gcr. The proportional rule can make it negative: energy from nothing."""
+    """To and fro by .2 gcr about .5 gcr, under a pressure that is 40 % lower on the way forth and higher on the way back.
+    The last of three cycles under both rules, and its dissipation over mu p gcr: under the proportional rule, which scales
+    tractions with the pressure, it is negative, energy from nothing."""
     phase = np.linspace(0, 6 * np.pi, 601)[1:]
-    slip, pressure = 0.4 * GCR * np.sin(phase), PRESSURE * (1 + 0.4 * np.cos(phase))
+    slip = GCR * np.concatenate([path(0.5), 0.5 + 0.2 * np.sin(phase)])
+    pressure = PRESSURE * np.concatenate([np.linspace(1, 0.6, 50), 1 - 0.4 * np.cos(phase)])
     loops = {}
     for rule, reference in (("consistent", PRESSURE), ("proportional", 0.0)):
-        law = Law(mu=MU, gcr=GCR, reference_pressure=reference, ndir=1)
+        # A pressure that never rests needs more knots than the default state has: 64.
+        law = Law(mu=MU, gcr=GCR, reference_pressure=reference, ndir=1, nstate=12 + 64 * 2)
         done = law.history(np.diff(slip, prepend=0), pressure)
         loops[rule] = done.traction, done.energy[-200:, 1].sum() / (LIMIT * GCR)
     return slip, loops
@@ -76,7 +79,6 @@ def draw(folder):
     def picture(name, xlabel, ylabel, equal=False):
         figure, axes = pyplot.subplots(figsize=(5.2, 3.9), layout="constrained")
         axes.set(xlabel=xlabel, ylabel=ylabel)
-        axes.axhline(0, color="0.8", linewidth=0.8, zorder=0)
         if equal:
             axes.set_aspect("equal")
 
@@ -87,6 +89,7 @@ def draw(folder):
         return axes, save
 
     axes, save = picture("loop", "slip (µm)", "traction (MPa)")
+    axes.axhline(0, color="0.8", linewidth=0.8, zorder=0)
     slip, traction = loop()
     axes.plot(1e3 * slip, traction)
     save()
@@ -95,7 +98,7 @@ def draw(folder):
     slip, traction, _ = circle()
     axes.plot(*(slip / GCR).T, label="slip")
     axes.plot(*(traction / LIMIT).T, label="traction")
-    axes.legend(loc="upper right")
+    axes.legend(loc="center")
     save()
 
     axes, save = picture("ripple", "slip (µm)", "traction (MPa)")

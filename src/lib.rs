@@ -25,6 +25,8 @@ mod error;
 #[allow(unsafe_code)]
 pub mod ffi;
 pub mod iwan;
+// FRIC alone takes what is not public here.
+#[cfg_attr(not(feature = "abaqus"), allow(dead_code))]
 mod lagrange;
 mod law;
 mod limit;

@@ -145,7 +145,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 fn case(file: &str, preload: f64, record: &Record, chi: f64) -> Result<Case> {
     let mut joint = record
         .least_squares()
-        .map_err(|error| anyhow!("{file}: {}", error.message))?;
+        .map_err(|error| anyhow!("{file}: {}", crate::sentence(&error)))?;
     // What is said about the shape of the four-parameter model, and about its parameters, is not about the contact law.
     joint.warnings.retain(|warning| {
         let about_the_shape = matches!(

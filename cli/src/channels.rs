@@ -175,7 +175,7 @@ impl Channels {
                 "{}, {} rows: {}",
                 self.place,
                 self.force.len(),
-                error.message
+                crate::sentence(&error)
             )
         })
     }

@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         &[&arguments.file],
     )?;
     let record = arguments.columns.read(&arguments.file)?.record()?;
-    let named = |error: mepc::Error| anyhow!("{file}: {}", error.message);
+    let named = |error: mepc::Error| anyhow!("{file}: {}", crate::sentence(&error));
     let least_squares = record.least_squares();
     let paper = record.paper(arguments.tolerance);
     let mut fit = match arguments.method {

@@ -2,6 +2,7 @@
 
 use crate::numbers::{self, exact, short};
 use crate::pictures::{figure, style};
+use crate::props::Props;
 use crate::replay::{Motion, Patch, Points, Springs};
 use crate::table::csv_line;
 use crate::{Outcome, check_outputs, print, props, write};
@@ -9,7 +10,7 @@ use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
 use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
-use mepc::{Law, Vector, default_state_size};
+use mepc::{Law, Properties, Vector, default_state_size};
 use mepc_plot::{BLUE, Curve, Figure, ORANGE, Stroke};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -25,16 +26,18 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   mepc loop --iwan 266.78,0.0041,3280.7,-0.842 --amplitude 0.005,0.01,0.02 --output loops.csv --picture loops.svg
-  mepc loop --props 0.3,0.00268,2.5 --preload 900 --series 178e3 --parallel 3.3e3 --amplitude 0.02
-  mepc loop --props 0.3,0.002 --preload 900 --amplitude 0.001 --noise 0.01 --seed 7")]
+  mepc loop --props mu=.3,gcr=.00268 --preload 900 --series 178e3 --parallel 3.3e3 --amplitude 0.02
+  mepc loop --props mu=.3,gcr=.002 --preload 900 --amplitude 0.001 --noise 0.01 --seed 7
+
+A reference pressure, if one is given, is here a force on the whole contact, as the preload is.")]
 #[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
 pub struct Arguments {
     /// The joint as a whole.
     #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", allow_hyphen_values = true, value_parser = joint)]
     iwan: Option<Iwan>,
-    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = numbers::argument, help = props::HELP, requires = "preload")]
-    props: Option<Vec<f64>>,
+    #[arg(long, value_name = "mu,gcr,..", allow_hyphen_values = true, value_parser = props::read, help = props::HELP,
+        requires = "preload")]
+    props: Option<Props>,
     /// Normal force on the contact (with --props).
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     preload: Option<f64>,
@@ -79,7 +82,7 @@ fn joint(text: &str) -> Result<Iwan, String> {
     let parameters: [f64; 4] = values.try_into().map_err(|values: Vec<f64>| {
         format!("{} numbers, F_s,X_s,k_alpha,kappa are four", values.len())
     })?;
-    Iwan::new(parameters).map_err(|error| error.message)
+    Iwan::new(parameters).map_err(|error| crate::sentence(&error))
 }
 
 fn noise(text: &str) -> Result<f64, String> {
@@ -139,7 +142,7 @@ impl Model {
             series: arguments.series,
             parallel: arguments.parallel.unwrap_or(0.0),
         };
-        Model::contact(props, preload, springs)
+        Model::contact(&props.0, preload, springs)
     }
 
     fn contact(props: &[f64], preload: f64, springs: Springs) -> Result<Self> {
@@ -147,6 +150,11 @@ impl Model {
         let law =
             Law::<1>::new(props, default_state_size(props, 1).map_err(named)?).map_err(named)?;
         law.critical_slip(0.0).map_err(named)?;
+        if law.properties().run_in.is_some() {
+            bail!(
+                "--props: mu_late: a loop while mu changes is not steady; give mu alone, as it is then"
+            );
+        }
         Ok(Model::Contact {
             law: Box::new(law),
             // The critical slip is the same everywhere: one point stands for any distribution of the preload.
@@ -214,8 +222,15 @@ impl Model {
                     .critical_slip(0.0)
                     .map_err(|error| anyhow!("--props: {error}"))?;
                 let properties = law.properties();
-                let unit = properties.mu * preload * gcr;
-                let a = largest_slip / gcr;
+                let limit = limit(properties, *preload);
+                // The critical slip under this pressure, from the stiffness f'(0) T / G.
+                let stiffness = law.sticking_stiffness(gcr, *preload);
+                let critical = match stiffness {
+                    0.0 => gcr,
+                    _ => limit * properties.initial_slope() / stiffness,
+                };
+                let unit = limit * critical;
+                let a = largest_slip / critical;
                 let loss = match properties.backbone() {
                     Choice::PowerLaw(curve) => curve.cycle_loss(a),
                     Choice::Segalman(curve) => curve.cycle_loss(a),
@@ -229,6 +244,11 @@ impl Model {
             }
         }
     }
+}
+
+/// The limit traction under a pressure, without run-in.
+pub fn limit(properties: &Properties, pressure: f64) -> f64 {
+    (properties.cohesion + properties.mu * pressure).min(properties.tau_max)
 }
 
 /// Displacement and force of a steady loop of a contact (properties and normal force) behind and beside springs, the ends met.

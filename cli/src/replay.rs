@@ -5,9 +5,10 @@ mod point;
 
 use crate::numbers;
 use crate::pictures::Replayed;
+use crate::props::Props;
 use crate::{Outcome, check_outputs, say, write};
 use anyhow::{Result, anyhow, bail};
-use clap::{ArgAction, Subcommand};
+use clap::Subcommand;
 use mepc::{Kind, Law, default_state_size};
 use std::path::{Path, PathBuf};
 
@@ -19,8 +20,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  mepc replay point cases/nested_reversals.csv --props 0.3,0.002,2.5
-  mepc replay patch cases/lap_patch_902.csv cases/lap_history.csv --props 0.42,0.00268,2.5 \\
+  mepc replay point cases/nested_reversals.csv --props mu=.3,gcr=.002,reference_pressure=100 --picture point.svg
+  mepc replay patch cases/lap_patch_902.csv cases/lap_history.csv --props mu=.42,gcr=.00268,reference_pressure=2.5 \\
       --series 178e3 --parallel 3.3e3 --output lap.csv
 
 status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. dissipated_energy counts from the start.")]
@@ -60,9 +61,9 @@ enum Mode {
 
 #[derive(clap::Args)]
 struct Common {
-    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = crate::numbers::argument, help = crate::props::HELP)]
-    props: Vec<f64>,
+    #[arg(long, required = true, value_name = "mu,gcr,..", allow_hyphen_values = true,
+        value_parser = crate::props::read, help = crate::props::HELP)]
+    props: Props,
     /// Length of the state array (default: what the library recommends).
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1_000_000))]
     nstate: Option<u32>,
@@ -112,9 +113,9 @@ impl Common {
         };
         let nstate = match self.nstate {
             Some(n) => n as usize,
-            None => default_state_size(&self.props, N).map_err(named)?,
+            None => default_state_size(&self.props.0, N).map_err(named)?,
         };
-        Law::new(&self.props, nstate).map_err(named)
+        Law::new(&self.props.0, nstate).map_err(named)
     }
 
     fn check_output(&self, inputs: &[&Path]) -> Result<()> {

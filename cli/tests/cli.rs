@@ -933,7 +933,7 @@ fn energies_agree_with_the_closed_form() {
         ],
         vec![
             "--props",
-            "0.3,0.002,-0.5,0,0,0.005,0,0,16,1,0.3",
+            "mu=.3,gcr=.002,q=1.5,backbone=segalman,beta=.3",
             "--preload",
             "900",
         ],
@@ -1099,7 +1099,11 @@ fn replay_is_the_c_drivers() {
             continue;
         };
         // The C driver takes the properties before the files.
-        let rest = [&arguments[2..1 + files.len()], &arguments[3 + files.len()..]].concat();
+        let rest = [
+            &arguments[2..1 + files.len()],
+            &arguments[3 + files.len()..],
+        ]
+        .concat();
         let theirs = driver.args(rest).output();
         let theirs = theirs.expect("the C driver starts");
         assert!(

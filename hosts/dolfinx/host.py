@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """The contact law in a distributed solver: every pair is evaluated on the rank that owns it, PETSc's SNES does the rest.
 
-Read this one first. structure.py has the elastic bodies, law.py the calls of the library."""
+Read this one first. structure.py has the elastic bodies; the law is the package mepc."""
 
 import sys
 import time
@@ -12,7 +12,7 @@ from mpi4py import MPI
 import numpy as np
 from petsc4py import PETSc
 
-from law import Law, LawError, Refused
+from mepc import Law, MepcError
 from structure import Structure
 
 TOLERANCE = 1e-8  # N, norm of the residual
@@ -49,7 +49,7 @@ class Contact:
 
     def __init__(self, structure, model):
         self.structure = structure
-        self.laws = {name: Law(props) for name, props in model.props.items()}
+        self.laws = {name: Law(**props) for name, props in model.props.items()}
         (self.nstate,) = {law.nstate for law in self.laws.values()}
         self.offset = np.zeros(len(structure.own_pairs))
         self.tightened = np.zeros(len(structure.own_pairs))
@@ -68,17 +68,17 @@ class Contact:
         return opening
 
     def evaluate(self, opening, state):
-        """Traction, tangent, new state, energy of all own pairs; raises Refused with the number of the own pair."""
+        """Traction, tangent, new state, energy of all own pairs; raises MepcError with the number of the own pair."""
         began = time.perf_counter()
         points = len(opening)
         traction, tangent = np.empty((points, 3)), np.empty((points, 3, 3))
         new, energy = np.empty_like(state), np.empty((points, 2))
         for name, part in self.structure.parts.items():
             try:
-                traction[part], tangent[part], new[part], energy[part] = self.laws[name].interface(
-                    opening[part], state[part])
-            except Refused as refused:
-                raise Refused(part.start + refused.point, str(refused)) from None
+                end = self.laws[name].interface(state[part], opening[part])
+                traction[part], tangent[part], new[part], energy[part] = end.traction, end.tangent, end.state, end.energy
+            except MepcError as refused:
+                raise MepcError(str(refused), refused.status, part.start + refused.point) from None
             finally:
                 self.seconds += time.perf_counter() - began
                 began = time.perf_counter()
@@ -86,7 +86,7 @@ class Contact:
 
     def column(self, name):
         """Place of a state variable."""
-        return next(iter(self.laws.values())).names.index(name)
+        return next(iter(self.laws.values())).state_names.index(name)
 
     def name(self, own):
         """What a user knows a pair as."""
@@ -110,11 +110,11 @@ class Solver:
         try:
             self.contact = Contact(structure, model)
             trouble = ""
-        except (LawError, OSError) as error:
+        except MepcError as error:
             trouble = str(error)
         for trouble in self.comm.allgather(trouble):
             if trouble:
-                raise LawError(trouble)
+                raise MepcError(trouble, -2)
         self.say = say if self.comm.rank == 0 else lambda text: None
         self._load_on_tied = structure.vector()
         for master, (_, _, force) in zip(structure.masters, model.tied):
@@ -138,7 +138,7 @@ class Solver:
             with self._events["law"]:
                 try:
                     self._memo = opening, *self.contact.evaluate(opening, self._before.state)
-                except Refused as refused:
+                except MepcError as refused:
                     self._refused = f"{self.contact.name(refused.point)}: {refused}"
                     self._memo = None
         return self._memo

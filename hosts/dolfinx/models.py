@@ -4,20 +4,16 @@
 Nodes are numbered as in the arrays of the mesh (input numbers), whatever the partition. Only rank 0 needs the mesh;
 what lies on surfaces is known to all ranks."""
 
-import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from law import properties
+import geometry
+import paper
+from mesh import Pair
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "studies"), str(ROOT / "studies/lap_joint")]
-
-import geometry  # noqa: E402
-import paper  # noqa: E402
-from mesh import Pair  # noqa: E402
 
 
 @dataclass
@@ -26,7 +22,7 @@ class Model:
 
     key: dict  # what the model was made from: a restart must be given the same
     pairs: list  # of studies/mesh.py's Pair
-    props: dict  # of the law, by the pair's name
+    props: dict  # keywords of the law, by the pair's name
     young: float
     poisson: float
     fixed: list  # (nodes, direction): displacements that are zero
@@ -74,7 +70,8 @@ def box(corners, elements):
     return points, hexahedra, number
 
 
-def flat_slider(along=2, quarter=24, method="memory", mu=0.43, gcr=2e-3, chi=2.5, load=1000.0, amplitude=0.02, kn=1e5):
+def flat_slider(along=2, quarter=24, method="memory", mu=0.43, gcr=2e-3, chi=2.5, load=1000.0, amplitude=0.02, kn=1e5,
+                reference_pressure=10.0):
     """A cube of 10 mm with `along` elements per edge on a flat of 80 x 30 x 10 mm whose bottom is fixed. A rigid platen
     holds the cube's top; it does not turn, presses with the load and moves along x."""
     size = 10.0 / along
@@ -91,9 +88,9 @@ def flat_slider(along=2, quarter=24, method="memory", mu=0.43, gcr=2e-3, chi=2.5
     held = flat_number[:, :, 0].ravel()
     return Model(
         key=dict(model="flat_slider", along=along, quarter=quarter, method=method, mu=mu, gcr=gcr, chi=chi, load=load,
-                 amplitude=amplitude, kn=kn),
+                 amplitude=amplitude, kn=kn, reference_pressure=reference_pressure),
         pairs=[Pair("contact", lower, upper, area, frame, faces)],
-        props={"contact": properties(mu, gcr, chi, method, kn)},
+        props={"contact": dict(mu=mu, gcr=gcr, exponent=chi, method=method, kn=kn, reference_pressure=reference_pressure)},
         young=200e3, poisson=0.3,
         fixed=[*((held, direction) for direction in range(3)), (top, 1)],
         moved=(top, 0),
@@ -113,15 +110,16 @@ SEED = 2e-5  # mm of interference in every pair, so that no body is loose at the
 
 
 def lap_joint(mesh="coarse", quarter=16, method="memory", mu=0.3, gcr=2.68e-3, chi=2.5, preload=900.0, amplitude=0.02,
-              kn=3e5):
+              kn=3e5, reference_pressure=0.0):
     """The bolted joint: first tightened until the bolt has its preload, then the end of the moving plate is moved."""
     grid = geometry.build(density=geometry.MESHES[mesh])
     held, moved = geometry.supports(grid)
-    plates, others = properties(mu, gcr, chi, method, kn), properties(mu, gcr, 1.0, "penalty", kn)
+    plates, others = (dict(mu=mu, gcr=gcr, exponent=exponent, method=name, kn=kn, reference_pressure=reference_pressure)
+                      for exponent, name in ((chi, method), (1.0, "penalty")))
     bodies = sorted(set(grid.body))
     return Model(
         key=dict(model="lap_joint", mesh=mesh, quarter=quarter, method=method, mu=mu, gcr=gcr, chi=chi, preload=preload,
-                 amplitude=amplitude, kn=kn),
+                 amplitude=amplitude, kn=kn, reference_pressure=reference_pressure),
         pairs=grid.pairs,
         props={pair.name: plates if pair.name == "plate-plate" else others for pair in grid.pairs},
         young=geometry.YOUNG, poisson=geometry.POISSON,

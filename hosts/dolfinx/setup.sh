@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Makes the virtual environment of the distributed host, build/mpi-venv, from requirements.txt, unless it is up to date.
-# The wheels want Python 3.12 or newer: python3 itself, one beside it, or one of pyenv's versions.
+# The virtual environment of the distributed host, build/mpi-venv: made from requirements.txt unless it is up to date,
+# and the package `mepc` put into it. The wheels want Python 3.12 or newer: python3 itself, one beside it, or one of
+# pyenv's versions.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 venv=build/mpi-venv
@@ -10,7 +11,17 @@ if ! command -v cc >/dev/null; then
   echo "hosts/dolfinx/setup.sh: please install a C compiler (cc); dolfinx compiles its forms with it" >&2
   exit 1
 fi
-cmp -s "$wanted" "$venv/installed.txt" && exit 0
+# The package `mepc` as it is built now (`make library cli`), and the folders whose modules scripts of others import.
+bring() {
+  packaging/wheel.sh target/release build/wheel >/dev/null
+  "$venv/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall build/wheel/mepc-*.whl
+  printf "$PWD/%s\n" studies studies/lap_joint >"$(echo "$venv"/lib/python3.*/site-packages)/folders.pth"
+}
+
+if cmp -s "$wanted" "$venv/installed.txt"; then
+  bring
+  exit 0
+fi
 
 usable() {
   "$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 12))' 2>/dev/null
@@ -32,3 +43,4 @@ rm -rf "$venv"
 "$found" -m venv "$venv"
 "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$wanted"
 cp "$wanted" "$venv/installed.txt"
+bring

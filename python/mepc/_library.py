@@ -23,14 +23,16 @@ class MepcError(ValueError):
     Attributes:
         status: the negative number of the C interface: -1 null pointer, -2 bad property, -3 bad state, -4 bad input,
             -5 internal.
+        point: index of the point that was refused, in the order of the states; None where it is not about one of many.
     """
 
-    def __init__(self, text: str, status: int) -> None:
+    def __init__(self, text: str, status: int, point: int | None = None) -> None:
         super().__init__(text)
         self.status = status
+        self.point = point
 
     def __reduce__(self) -> Any:
-        return type(self), (str(self), self.status)
+        return type(self), (str(self), self.status, self.point)
 
 
 class MepcWarning(UserWarning):
@@ -97,22 +99,23 @@ LIBRARY_PATH = find_library()
 LIBRARY = load(LIBRARY_PATH)
 
 
-def checked(status: int) -> int:
-    """The status of a call; an exception with the library's words where it is negative."""
+def checked(status: int, statuses: np.ndarray | None = None) -> int:
+    """The status of a call; an exception with the library's words where it is negative. `statuses`: of its points."""
     if status < 0:  # The text is this thread's last error: read before the next call.
-        raise MepcError(LIBRARY.mepc_last_error().decode(), status)
+        text = LIBRARY.mepc_last_error().decode()
+        raise MepcError(text, status, None if statuses is None else int(np.argmax(statuses.ravel() == status)))
     return status
 
 
 def reals(name: str, values: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """An array of float64 in C order, itself if it is one already; with `shape`, a scalar or a row is repeated."""
-    array = np.asarray(values, dtype=np.float64)
+    array = np.asarray(values, dtype=np.float64, order="C")
     if shape is not None and array.shape != shape:
         try:
-            array = np.broadcast_to(array, shape)
+            array = np.broadcast_to(array, shape).copy(order="C")
         except ValueError:
             raise MepcError(f"{name} has the shape {array.shape}, expected {shape}", -4) from None
-    return np.ascontiguousarray(array)
+    return array
 
 
 def address(array: np.ndarray | None) -> int | None:

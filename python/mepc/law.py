@@ -211,7 +211,7 @@ class Law:
         status = checked(LIBRARY.mepc_friction_batch(
             self._law, statuses.size, address(slip), address(pressure), address(mu_factor), address(states),
             address(state), address(traction), address(dslip), address(dpressure), address(energy), address(statuses),
-            self._threads))
+            self._threads), statuses)
         _tell(status, statuses)
         return Update(traction, state, dslip, dpressure, energy, statuses)
 
@@ -241,7 +241,7 @@ class Law:
         traction, state, tangent, energy = arrays
         status = checked(LIBRARY.mepc_interface_batch(
             self._law, statuses.size, address(opening), address(mu_factor), address(states), address(state),
-            address(traction), address(tangent), address(energy), address(statuses), self._threads))
+            address(traction), address(tangent), address(energy), address(statuses), self._threads), statuses)
         _tell(status, statuses)
         return Interface(traction, state, tangent, energy, statuses)
 
@@ -270,7 +270,7 @@ class Law:
             MepcError: an increment was refused; the text names it and the cause.
         """
         slip = reals("slip", slip)
-        bare = self._ndir == 1 and (slip.ndim == 1 or slip.shape[-1] != 1)
+        bare = self._ndir == 1 and (slip.ndim < 2 or slip.shape[-1] != 1)
         axes: tuple[int, ...] = () if bare else (self._ndir,)
         if slip.ndim < 1 + len(axes) or (axes and slip.shape[-1] != self._ndir):
             raise MepcError(f"slip has the shape {slip.shape}, expected [.., n, {self._ndir}], a row an increment", -4)
@@ -291,7 +291,7 @@ class Law:
             statuses = np.empty(lead, np.int32)
             status = LIBRARY.mepc_friction_history_batch(
                 self._law, statuses.size, n, *arrays, address(statuses), self._threads)
-        _tell(checked(status), statuses)
+        _tell(checked(status, statuses), statuses)
         return History(traction, end, energies, dslip, dpressure)
 
     def _states(self, states: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:

@@ -238,6 +238,20 @@ def test_refusals_name_the_argument(make, words):
     assert (str(copy), copy.status) == (text, caught.value.status)
 
 
+def test_the_refused_point_is_named():
+    one = law()
+    pressure = np.full((2, 3), PRESSURE)
+    pressure[1, 0] = np.nan
+    with pytest.raises(MepcError) as caught:
+        one.update(one.virgin(2, 3), np.zeros((2, 3)), pressure)
+    assert caught.value.point == 3
+    history = np.full((4, 5), PRESSURE)
+    history[2, 3] = np.nan
+    with pytest.raises(MepcError) as caught:
+        one.history(np.zeros((4, 5)), history)
+    assert caught.value.point == 2 and "3" in str(caught.value)
+
+
 def test_a_full_memory_is_told():
     short = law(nstate=20)
     slip = np.diff(0.9 * GCR * (-0.9) ** np.arange(30), prepend=0)

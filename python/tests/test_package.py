@@ -52,7 +52,11 @@ def test_gallery():
     # Work of a turn of a closed path is dissipated.
     work = (traction[-201:-1] + traction[-200:]) / 2 * np.diff(slip[-201:], axis=0)
     assert dissipated == pytest.approx(work.sum(), rel=0.02)
-    _, loops = gallery["ripple"]()
-    assert loops["consistent"][1] > 0
+    slip, loops = gallery["ripple"]()
+    for traction, dissipated in loops.values():
+        # A closed cycle: its area is what is dissipated, or created.
+        work = (traction[-201:-1] + traction[-200:]) / 2 @ np.diff(slip[-201:])
+        assert dissipated == pytest.approx(work / (limit * gallery["GCR"]), abs=1e-3)
+    assert loops["consistent"][1] > 0 > loops["proportional"][1]
     amplitude, dissipated, exact = gallery["damping"]()
     np.testing.assert_allclose(dissipated, exact, rtol=1e-9)

@@ -5,7 +5,7 @@
 // What the faces share is all there in every build; a build without some of them does not use all of it.
 #![cfg_attr(
     not(all(feature = "abaqus", feature = "umat", feature = "mfront")),
-    allow(dead_code)
+    allow(dead_code, unused_imports, unused_macros)
 )]
 
 mod arguments;
@@ -18,7 +18,6 @@ mod messages;
 #[cfg(feature = "mfront")]
 pub mod mfront;
 pub mod native;
-#[cfg(feature = "abaqus")]
 mod refusal;
 #[cfg(feature = "abaqus")]
 pub mod uinter;

@@ -415,6 +415,14 @@ unsafe fn run_points(
     }))
 }
 
+/// A history has one array for the state at both ends.
+fn one_state(mut error: Error) -> Error {
+    if let "state0" | "state1" = error.argument {
+        error.argument = "state";
+    }
+    error
+}
+
 impl Friction {
     /// Runs the history of point `index`, whose state is at both ends of each increment; gives the largest status. It
     /// stops where an increment is refused: the state is then the one before.
@@ -441,7 +449,8 @@ impl Friction {
                 ..row
             };
             let status = unsafe { row.run(law, gcr) };
-            worst = worst.max(status.map_err(|error| error.at("increment", increment))?);
+            let status = status.map_err(|error| one_state(error).at("increment", increment))?;
+            worst = worst.max(status);
         }
         Ok(worst)
     }
@@ -815,8 +824,8 @@ pub unsafe extern "C" fn mepc_friction_history_batch(
         let law = unsafe { law_of(law)? };
         let increments = points("n", n, 1)?;
         let points = points("npoints", npoints, increments.max(law.layout().nstate))?;
-        if points > 0 {
-            check_required(&first)?;
+        if points > 0 && increments > 0 {
+            check_required(&first).map_err(one_state)?;
         }
         let first = Shared(first);
         // SAFETY: by the caller's word.

@@ -43,9 +43,8 @@ class Case:
     def laws(self, pairs):
         """The library's law for each pair. Preload and opening history make the rest."""
         def law(method, chi):
-            numbers = {"memory": 0, "penalty": 1, "Lagrange": 2}
-            fraction = 0.0  # not used here
-            return Law([self.mu, self.gcr, chi, numbers[method], self.reference_pressure, fraction, self.kn])
+            return Law(mu=self.mu, gcr=self.gcr, exponent=chi, method=method.lower(), kn=self.kn,
+                       reference_pressure=self.reference_pressure)
 
         plates, others = law(self.method, self.chi if self.method == "memory" else 1.0), law("penalty", 1.0)
         return {pair.name: plates if pair.name == "plate-plate" else others for pair in pairs}

@@ -9,12 +9,9 @@ The strip and the animation need build/studies/lap_joint/maps.csv (study.py maps
 
 import argparse
 import io
-import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
-
 import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")

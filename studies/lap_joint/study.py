@@ -29,8 +29,6 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from tqdm import tqdm
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import paper  # noqa: E402
 from contact import parts  # noqa: E402
 from geometry import MESHES, Geometry  # noqa: E402

@@ -5,6 +5,7 @@
 //! where that does not help. Every trial starts from the states of the last accepted step.
 
 use super::{Common, Replay, Springs, check_sign};
+use crate::loops::limit;
 use crate::pictures::Replayed;
 use crate::table::{Gaps, Rows, Table, check_time, csv_line};
 use anyhow::{Result, anyhow, bail};
@@ -217,7 +218,7 @@ impl<'a, const N: usize> Patch<'a, N> {
             let pressure = target.pressure_scale * self.points.pressure[i];
             let response = self
                 .law
-                .friction(self.gcr, &increment, pressure, state0, state1)
+                .friction(self.gcr, &increment, pressure, 1.0, state0, state1)
                 .map_err(|error| match &self.points.places {
                     Some(rows) => anyhow!("point at {}: {error}", rows.place(i)),
                     None => anyhow!("{error}"),
@@ -230,7 +231,7 @@ impl<'a, const N: usize> Patch<'a, N> {
             trial.stored += area * response.stored;
             trial.dissipated += area * response.dissipated;
             trial.forgotten += usize::from(response.memory_full);
-            trial.limit += self.law.properties().mu * area * pressure.max(0.0);
+            trial.limit += area * limit(self.law.properties(), pressure.max(0.0));
         }
         Ok(trial)
     }

@@ -50,7 +50,7 @@ fn replay<const N: usize>(history: &Path, table: Table, common: &Common) -> Resu
     for row in 0..rows.len() {
         let slip = Vector::<N>::from_fn(|direction, _| slips[direction][row]);
         let response = law
-            .friction(gcr, &(slip - before), pressure[row], &state, &mut next)
+            .friction(gcr, &(slip - before), pressure[row], 1.0, &state, &mut next)
             .map_err(|error| anyhow!("{}: step {}: {error}", rows.place(row), row + 1))?;
         std::mem::swap(&mut state, &mut next);
         before = slip;

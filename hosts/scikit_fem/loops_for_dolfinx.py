@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The same loops from scikit-fem: hosts/scikit_fem condensed to its interface, studies/lap_joint with plain hexahedra.
+"""The loops that hosts/dolfinx is compared with: the host here, and studies/lap_joint with plain hexahedra.
 
-    reference.py flat_slider|lap_joint FILE [NAME=VALUE ...]
+    loops_for_dolfinx.py flat_slider|lap_joint FILE [NAME=VALUE ...]
 
 Writes displacement, force, dissipated of every step. flat_slider needs scikit-fem, lap_joint also pypardiso."""
 
@@ -10,9 +10,6 @@ import sys
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:1] = [str(ROOT / path) for path in ("hosts/scikit_fem", "studies", "studies/lap_joint")]  # their host.py, not ours
-
 import numpy as np  # noqa: E402
 
 
@@ -22,7 +19,7 @@ def flat_slider(along=2, quarter=24):
     from mepc import Law
 
     bodies = host.assemble(10 / along)
-    table = run.loop(bodies, host.follow(bodies, Law(run.properties("memory")), run.history(quarter)))
+    table = run.loop(bodies, host.follow(bodies, Law(**run.properties("memory")), run.history(quarter)))
     return table["displacement_1"], table["force_1"], np.diff(table["dissipated_energy"], prepend=0)
 
 
