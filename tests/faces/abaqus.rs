@@ -67,12 +67,12 @@ const MESSAGES: [(&str, &str, &str); 14] = [
     (
         "-3",
         "mepc VFRICTION: contact BOLT, node 21, step 3, increment 4:",
-        "area of the contact point = 0",
+        "area of the contact point = 0.0: must be > 0",
     ),
     (
         "-3",
         "mepc VFRICTION: contact LLLL",
-        "area of the contact point = -0.000",
+        "area of the contact point = -2.2250738585072014e-308",
     ),
 ];
 
@@ -118,5 +118,5 @@ fn refusals_go_through_the_host_s_routine() {
         );
     }
     let longest = lines.iter().map(|line| line.len()).max();
-    assert_eq!(longest, Some("HOST -3: ".len() + LONGEST), "{said}");
+    assert!(longest <= Some("HOST -3: ".len() + LONGEST), "{said}");
 }

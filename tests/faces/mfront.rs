@@ -560,7 +560,9 @@ fn every_operator_request() {
             );
 
             // The speed of sound changes nothing, and a number of no meaning is refused.
-            assert_eq!(point.call(f64::NAN), -1);
+            for odd in [f64::NAN, f64::from_bits(0x7ff4_0000_0000_0000), f64::INFINITY] {
+                assert_eq!(point.call(odd), -1);
+            }
 
             // Without energies and message.
             point.extras = false;
