@@ -430,7 +430,7 @@ impl<const N: usize> Law<N> {
             return Err(not_a_result(pressure, slip_increment));
         }
         let length = slip_increment.norm();
-        if !(length * (1.0 / LONGEST) <= to) {
+        if length * (1.0 / LONGEST) > to {
             return Err(too_long(slip_increment, to));
         }
         // A slip whose square is none has no direction.
