@@ -84,7 +84,9 @@ pub(super) fn field(
 
 #[cold]
 fn some_field(number: f64, fields: usize) -> Result<usize, Error> {
-    if let Some(index) = (0..fields).find(|index| number.to_bits() == (1.0 + *index as f64).to_bits()) {
+    if let Some(index) =
+        (0..fields).find(|index| number.to_bits() == (1.0 + *index as f64).to_bits())
+    {
         return Ok(index);
     }
     let expected = format!(

@@ -3,7 +3,7 @@
 use crate::fortran::{program, run};
 
 /// Words of the messages, in the order of tests/fortran/refusals.f90, and the level that the host hears.
-const MESSAGES: [(&str, &str, &str); 14] = [
+const MESSAGES: [(&str, &str, &str); 15] = [
     (
         "-2",
         "mepc UINTER: contact FEW, node 7, step 2, increment 5:",
@@ -63,6 +63,11 @@ const MESSAGES: [(&str, &str, &str); 14] = [
         "-3",
         "mepc VFRIC: contact STATE, node 12, step 1, increment 9:",
         "statev(10) Forgotten = NaN",
+    ),
+    (
+        "-3",
+        "mepc VFRIC: contact SINGLE, node 0, step 1, increment 9:",
+        "must be in double precision, these are in single: run with double=both",
     ),
     (
         "-3",

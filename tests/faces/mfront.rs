@@ -173,9 +173,7 @@ impl Point {
             (true, _) => 6,
         };
         let props = with(props, 12, 0.0);
-        let mut properties = vec![
-            props[0], props[1], props[2], props[6], props[7], props[4],
-        ];
+        let mut properties = vec![props[0], props[1], props[2], props[6], props[7], props[4]];
         if layer {
             properties.push(thickness);
         }
@@ -412,8 +410,11 @@ fn symbols_describe_the_behaviours() {
             assert_eq!(names(behaviour, hypothesis, "Parameters"), PARAMETERS);
             assert_eq!(types(behaviour, hypothesis, "Parameters"), [0; 9]);
             for name in PARAMETERS {
-                let default: f64 =
-                    constant(behaviour, hypothesis, &format!("{name}_ParameterDefaultValue"));
+                let default: f64 = constant(
+                    behaviour,
+                    hypothesis,
+                    &format!("{name}_ParameterDefaultValue"),
+                );
                 assert_eq!(default, 0.0, "the library's own");
             }
             let law = NativeLaw::new(&props(), hypothesis.directions());
@@ -560,7 +561,11 @@ fn every_operator_request() {
             );
 
             // The speed of sound changes nothing, and a number of no meaning is refused.
-            for odd in [f64::NAN, f64::from_bits(0x7ff4_0000_0000_0000), f64::INFINITY] {
+            for odd in [
+                f64::NAN,
+                f64::from_bits(0x7ff4_0000_0000_0000),
+                f64::INFINITY,
+            ] {
                 assert_eq!(point.call(odd), -1);
             }
 
@@ -679,5 +684,90 @@ fn a_repeated_step_gives_the_same_bits() {
         point.open(&[-0.0025, -0.001, 0.0]);
         assert_eq!(point.call(CONSISTENT), 1);
         assert_eq!(once, (written(&point), point.k.clone()));
+    }
+}
+
+/// States that a host keeps in single precision.
+#[test]
+fn states_in_single_precision_are_taken() {
+    for behaviour in BEHAVIOURS {
+        for hypothesis in HYPOTHESES {
+            let n = 1 + hypothesis.directions();
+            let mut point = Point::new(behaviour, hypothesis, &props(), 0.4);
+            for step in 0..100 {
+                let phase = f64::from(step) * 0.7;
+                let opening = oblique(n, -0.003 - 0.0015 * phase.cos(), 0.003 * phase.sin());
+                point
+                    .step(&opening, CONSISTENT)
+                    .expect("a state in single precision");
+                for x in &mut point.states[0] {
+                    *x = f64::from(*x as f32);
+                }
+            }
+        }
+    }
+}
+
+/// The stored energy holds the normal spring: pressed without friction, all the work comes back.
+#[test]
+fn the_stored_energy_holds_the_normal_spring() {
+    let mut props = props();
+    props[0] = 0.0;
+    for behaviour in BEHAVIOURS {
+        for hypothesis in HYPOTHESES {
+            let n = 1 + hypothesis.directions();
+            let mut point = Point::new(behaviour, hypothesis, &props, 0.4);
+            for normal in [-0.003, -0.0005, 0.002, -0.004] {
+                let row = point
+                    .step(&oblique(n, normal, 0.0), CONSISTENT)
+                    .expect("a step");
+                let deep = f64::max(0.0, -(normal + props[7]));
+                let expected = 0.5 * props[6] * deep * deep;
+                assert!((row[n] - expected).abs() <= 1e-12 * 0.5 * props[6] * 1e-5);
+                assert_eq!(row[n + 1], 0.0);
+            }
+        }
+    }
+}
+
+/// Parameters: a cap of the limit traction, set for all points of a behaviour, in a process of its own.
+#[test]
+fn parameters_are_set_for_all_points() {
+    let program = std::env::current_exe().expect("this program");
+    let arguments = ["--exact", "mfront::parameters", "--ignored", "--nocapture"];
+    let output = std::process::Command::new(program).args(arguments).output();
+    let output = output.expect("this program runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+#[ignore = "run by parameters_are_set_for_all_points"]
+fn parameters() {
+    type SetParameter = unsafe extern "C" fn(*const c_char, f64) -> c_int;
+    let set = |behaviour: &str, name: &CStr, value: f64| {
+        let symbol = format!("{behaviour}_setParameter");
+        // SAFETY: the signature of the interface.
+        unsafe {
+            library()
+                .get::<SetParameter>(symbol.as_bytes())
+                .expect("it")(name.as_ptr(), value)
+        }
+    };
+    for behaviour in BEHAVIOURS {
+        assert_eq!(set(behaviour, c"MaximalTraction", 4.0), 1);
+        let mut point = Point::new(behaviour, Hypothesis::Tridimensional, &props(), 0.4);
+        let row = point.step(&[-0.003, 0.1, 0.0], CONSISTENT).expect("a step");
+        assert!((row[1] - 4.0).abs() < 1e-12, "{}", row[1]);
+        assert_eq!(set(behaviour, c"Method", 7.0), 1);
+        let words = point
+            .step(&[-0.003, 0.1, 0.0], CONSISTENT)
+            .expect_err("refused");
+        assert!(words.contains("Method = 7"), "{words}");
+        assert_eq!(set(behaviour, c"Method", 0.0), 1);
+        assert_eq!(set(behaviour, c"MaximalTraction", 0.0), 1);
     }
 }

@@ -418,3 +418,24 @@ fn the_host_s_own_routines_are_used_where_there_are_any() {
         assert_eq!(output.status.code(), Some(7), "ended by xit");
     }
 }
+
+/// States that a host keeps in single precision.
+#[test]
+fn states_in_single_precision_are_taken() {
+    for (layout, ntens) in [(0.0, 2), (0.0, 3), (2.0, 6)] {
+        let nstate = if ntens == 2 { 44 } else { 84 };
+        let mut point = Point::new("umat_", &props(layout, 1.0, 0.3, 0.0), ntens, nstate);
+        for step in 0..100 {
+            let phase = f64::from(step) * 0.7;
+            let mut dstran = vec![2e-3 * phase.sin(); ntens];
+            let normal = if layout == 2.0 { 2 } else { 0 };
+            dstran[normal] = -0.01 - 0.001 * phase.cos() - point.stran[normal];
+            let answer = point.trial(&dstran);
+            assert!(answer.stress[normal] < 0.0);
+            point.accept(&dstran, &answer);
+            for x in &mut point.state {
+                *x = f64::from(*x as f32);
+            }
+        }
+    }
+}

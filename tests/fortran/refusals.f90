@@ -1,10 +1,24 @@
 !> Bad input to the routines of Abaqus: what they leave, and what they give instead. Their messages go to the host.
 program refusals
     use history
+    use, intrinsic :: iso_c_binding, only: c_char, c_float, c_int
     use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
     use, intrinsic :: iso_fortran_env, only: int32, real64
     implicit none
     external :: uinter, vfric, vfriction
+    interface
+        !> VFRIC as a build of the host in single precision calls it.
+        subroutine vfric_single(force, statev, step, inc, n, nfac, nslv, nmst, nfric, ndir, nstate, nprops, ntemp, npred, ntfv, &
+                slvuid, mstuid, slvid, mstid, t1, t2, dt, c1, c2, c3, ltype, slip, stick, prev, normal_force, work, shp, xs, xm, &
+                along, normal, props, area, ts, ps, tm, pm) bind(c, name="vfric_")
+            import :: c_char, c_float, c_int
+            integer(c_int) :: step, inc, n, nfac, nslv, nmst, nfric, ndir, nstate, nprops, ntemp, npred, ntfv, ltype
+            integer(c_int) :: slvuid(*), mstuid(*), slvid(*), mstid(*)
+            real(c_float) :: force(2, *), statev(*), t1, t2, dt, slip(3, *), stick(*), prev(*), normal_force(*), work, shp(*), xs(*)
+            real(c_float) :: xm(*), along(3, *), normal(3, *), props(*), area(*), ts(*), ps(*), tm(*), pm(*)
+            character(kind=c_char) :: c1(*), c2(*), c3(*)
+        end subroutine
+    end interface
     real(real64), parameter :: good(7) = [0.3_real64, 0.002_real64, 2.5_real64, 0.0_real64, 0.0_real64, 0.005_real64, &
         1e5_real64]
     real(real64), parameter :: turned(2, 2) = reshape([0, 1, -1, 0], [2, 2]), identity(2, 2) = reshape([1, 0, 0, 1], [2, 2])
@@ -33,6 +47,7 @@ program refusals
     call turned_interface()
     call unpaired_interface()
     call refused_pairs()
+    call single_precision()
     call refused_block(ciname, 0.0_real64)
     ! As many characters as a name and a number can have: more than the host's routine takes.
     call refused_block(repeat('L', 80), -tiny(1.0_real64))
@@ -176,6 +191,31 @@ contains
             0_int32, 0_int32, 1_int32, [11_int32, 12_int32], [11_int32, 12_int32], slave, [1_int32, 1_int32], 0.0_real64, &
             0.0_real64, 1e-6_real64, interaction, other, other, 1_int32, slip, f_normal, none(:6), f_normal, 0.0_real64, &
             none, none, none, along, normal, good, [2.0_real64, 2.0_real64], none, none, none, none)
+    end subroutine
+
+    !> A host in single precision: named before anything else, and its forces are zero.
+    subroutine single_precision()
+        use, intrinsic :: iso_fortran_env, only: real32
+        real(real32) :: force(2, 2), statev(84, 2), slip(3, 2), f_normal(2), normal(3, 2), along(3, 2), small(30), props(7)
+        real(real32) :: area(2), time
+        character(80) :: interaction
+
+        interaction = 'SINGLE'
+        props = real(good, real32)
+        normal = spread([0.0_real32, 0.6_real32, 0.8_real32], 2, 2)
+        along = spread([1.0_real32, 0.0_real32, 0.0_real32], 2, 2)
+        slip = 1e-3_real32 * along
+        f_normal = 200
+        area = 2
+        small = 0
+        time = 0
+        statev = 0
+        force = 7
+        call vfric_single(force, statev, 1_int32, 9_int32, 2_int32, 4_int32, 2_int32, 4_int32, 2_int32, 3_int32, 84_int32, &
+            7_int32, 0_int32, 0_int32, 1_int32, [11_int32, 12_int32], [11_int32, 12_int32], [1_int32, 2_int32], &
+            [1_int32, 1_int32], time, time, time, interaction, other, other, 1_int32, slip, f_normal, small, f_normal, time, &
+            small, small, small, along, normal, props, area, small, small, small, small)
+        call expect(all(force == 0) .and. all(statev == 0), 'no friction in single precision')
     end subroutine
 
     !> A first contact with an area that is none, under load.
