@@ -32,8 +32,16 @@ fn curved_paths() -> Vec<(&'static str, Vec<[f64; 2]>, bool)> {
         ("ellipse .7", ellipse, false),
         ("square .1", paths::square(0.1, 1, 10), false),
         ("square .6", paths::square(0.6, 1, 12), false),
-        ("lissajous .8, 1:2", paths::lissajous(0.8, [1, 2], 1, 120), false),
-        ("lissajous .2, 2:3", paths::lissajous(0.2, [2, 3], 1, 150), false),
+        (
+            "lissajous .8, 1:2",
+            paths::lissajous(0.8, [1, 2], 1, 120),
+            false,
+        ),
+        (
+            "lissajous .2, 2:3",
+            paths::lissajous(0.2, [2, 3], 1, 150),
+            false,
+        ),
         ("walk .1", paths::random_walk(&mut random, 100, 0.1), true),
         ("walk .4", paths::random_walk(&mut random, 100, 0.4), true),
         ("walk 1.5", paths::random_walk(&mut random, 60, 1.5), true),
@@ -42,7 +50,11 @@ fn curved_paths() -> Vec<(&'static str, Vec<[f64; 2]>, bool)> {
 
 /// Limit of step k: 1, or +-30 % about 1.
 fn limit(changing: bool, k: usize) -> f64 {
-    if changing { 1.0 + 0.3 * (TAU * k as f64 / 23.0).sin() } else { 1.0 }
+    if changing {
+        1.0 + 0.3 * (TAU * k as f64 / 23.0).sin()
+    } else {
+        1.0
+    }
 }
 
 /// Tractions of the elements along a path.
@@ -68,7 +80,12 @@ fn error(mut point: Point<2>, path: &[[f64; 2]], expected: &[Vector<2>], changin
     let step = |(k, (at, t)): (usize, (&[f64; 2], &Vector<2>))| {
         (point.move_to(*at, limit(changing, k)).traction - t).norm()
     };
-    path.iter().zip(expected).enumerate().map(step).fold(0.0, f64::max) / largest
+    path.iter()
+        .zip(expected)
+        .enumerate()
+        .map(step)
+        .fold(0.0, f64::max)
+        / largest
 }
 
 #[test]
@@ -78,7 +95,14 @@ fn v12_constant_limit() {
         for chi in [1.0, 1.5, 2.5, 4.0] {
             let expected = elements(chi, &path, false);
             let allowed = if random { 35e-4 } else { 40e-4 } * if chi == 2.5 { 1.0 } else { 2.0 };
-            let at = |knots| error(Point::<2>::with_state_size(&unit(chi), state_size(2, knots)), &path, &expected, false);
+            let at = |knots| {
+                error(
+                    Point::<2>::with_state_size(&unit(chi), state_size(2, knots)),
+                    &path,
+                    &expected,
+                    false,
+                )
+            };
             let off = at(24);
             println!("chi {chi}, {name}: {:.2}e-4", 1e4 * off);
             assert!(off < allowed, "chi {chi}, {name}: {off:e}");
@@ -90,7 +114,10 @@ fn v12_constant_limit() {
         }
     }
     // The error falls as K grows, to what the resolution leaves.
-    println!("chi 2.5, 12, 24, 64 knots: {:.1e} {:.1e} {:.1e}", worst[0], worst[1], worst[2]);
+    println!(
+        "chi 2.5, 12, 24, 64 knots: {:.1e} {:.1e} {:.1e}",
+        worst[0], worst[1], worst[2]
+    );
     assert!(worst[1] < worst[0] && worst[2] <= worst[1]);
 }
 
@@ -113,7 +140,10 @@ fn v12_changing_limit() {
 fn turn(props: &[f64], nstate: usize, radius: f64, steps: u32, turns: u32) -> f64 {
     let mut point = Point::<2>::with_state_size(props, nstate);
     let path = paths::circle(radius, turns, steps);
-    let all: Vec<f64> = path.iter().map(|at| point.move_to(*at, 1.0).dissipated).collect();
+    let all: Vec<f64> = path
+        .iter()
+        .map(|at| point.move_to(*at, 1.0).dissipated)
+        .collect();
     let last: f64 = all[all.len() - steps as usize..].iter().sum();
     last / closed::circle_dissipation(Backbone::Power { chi: 2.5 }, radius) - 1.0
 }
@@ -122,7 +152,11 @@ fn turn(props: &[f64], nstate: usize, radius: f64, steps: u32, turns: u32) -> f6
 fn v13_circles() {
     let backbone = Backbone::Power { chi: 2.5 };
     for (radius, printed) in [(0.5, 0.82187), (2.0, 11.94510)] {
-        assert_abs_diff_eq!(closed::circle_dissipation(backbone, radius), printed, epsilon = 1e-5);
+        assert_abs_diff_eq!(
+            closed::circle_dissipation(backbone, radius),
+            printed,
+            epsilon = 1e-5
+        );
     }
     for (steps, allowed) in [(25, 0.02), (100, 0.01), (800, 0.01)] {
         let off: Vec<f64> = [0.01, 0.03, 0.1, 0.3, 0.5, 0.9, 1.0, 1.1, 1.5, 2.0]
@@ -130,8 +164,14 @@ fn v13_circles() {
             .map(|radius| turn(&unit(2.5), state_size(2, 24), radius, steps, 6))
             .collect();
         let text: Vec<_> = off.iter().map(|x| format!("{:.2}", 100.0 * x)).collect();
-        println!("{steps} steps a turn, radius .01 to 2: {} %", text.join(" "));
-        assert!(off.iter().all(|x| x.abs() < allowed), "{steps} steps: {off:?}");
+        println!(
+            "{steps} steps a turn, radius .01 to 2: {} %",
+            text.join(" ")
+        );
+        assert!(
+            off.iter().all(|x| x.abs() < allowed),
+            "{steps} steps: {off:?}"
+        );
     }
 }
 
@@ -156,7 +196,10 @@ fn v13_ten_thousand_turns() {
             first = Some((dissipated, t, stored));
         }
         if let Some((d, t0, s)) = first {
-            drift = drift.max((dissipated / d - 1.0).abs()).max((t - t0).norm()).max((stored / s - 1.0).abs());
+            drift = drift
+                .max((dissipated / d - 1.0).abs())
+                .max((t - t0).norm())
+                .max((stored / s - 1.0).abs());
         }
     }
     println!("drift over 10^4 turns: {drift:.1e}");
@@ -173,10 +216,16 @@ fn v13_a_leg_in_parts() {
         for _ in 0..40 {
             let mut one = Point::<2>::with_state_size(&props, state_size(2, knots));
             for _ in 0..6 {
-                one.step([signed(&mut random), signed(&mut random)].map(|x| 0.7 * x), 1.0);
+                one.step(
+                    [signed(&mut random), signed(&mut random)].map(|x| 0.7 * x),
+                    1.0,
+                );
             }
             let (mut ten, mut hundred) = (one.clone(), one.clone());
-            let leg = [one.slip[0] + signed(&mut random), one.slip[1] + signed(&mut random)];
+            let leg = [
+                one.slip[0] + signed(&mut random),
+                one.slip[1] + signed(&mut random),
+            ];
             let t = one.move_to(leg, 1.0).traction;
             for (point, parts) in [(&mut ten, 10), (&mut hundred, 100)] {
                 let off = (point.move_in_steps(leg, 1.0, parts).0.traction - t).norm();
@@ -200,7 +249,10 @@ fn v13_the_corner_of_a_polygon() {
         let a = one.move_to(leg, 1.0);
         let (b, dissipated) = twenty.move_in_steps(leg, 1.0, 20);
         let off = (a.traction - b.traction).norm();
-        println!("{angle}: {off:.1e}, dissipation {:.1e}", a.dissipated - dissipated);
+        println!(
+            "{angle}: {off:.1e}, dissipation {:.1e}",
+            a.dissipated - dissipated
+        );
         assert!(off < 65e-4, "{angle}: {off}");
         assert!((a.dissipated - dissipated).abs() < 0.03 * dissipated);
     }
@@ -213,7 +265,9 @@ fn v10_energy_balance_on_curved_cycles() {
         for (name, turn) in [
             ("circle", |k: f64| [0.7 * k.cos(), 0.7 * k.sin()]),
             ("large circle", |k: f64| [2.0 * k.cos(), 2.0 * k.sin()]),
-            ("figure of eight", |k: f64| [1.1 * k.sin(), 0.6 * (2.0 * k).sin()]),
+            ("figure of eight", |k: f64| {
+                [1.1 * k.sin(), 0.6 * (2.0 * k).sin()]
+            }),
             ("flat ellipse", |k: f64| [0.9 * k.cos(), 0.1 * k.sin()]),
         ] as [(&str, fn(f64) -> [f64; 2]); 4]
         {

@@ -27,7 +27,14 @@ impl<const N: usize> Contact<N> {
     fn trial(&self, normal: f64, jump: [f64; N]) -> (InterfaceResponse<N>, Vec<f64>) {
         let mut end = vec![f64::NAN; self.state.len()];
         let gcr = self.law.critical_slip(0.0).expect("gcr > 0");
-        let response = self.law.interface(gcr, normal, &Vector::from(jump), self.mu_factor, &self.state, &mut end);
+        let response = self.law.interface(
+            gcr,
+            normal,
+            &Vector::from(jump),
+            self.mu_factor,
+            &self.state,
+            &mut end,
+        );
         (response.expect("a valid opening"), end)
     }
 
@@ -44,7 +51,14 @@ fn with_normal(props: &[f64], kn: f64, gap0: f64, m: f64) -> Vec<f64> {
 }
 
 fn laws() -> Vec<Vec<f64>> {
-    vec![unit(1.0), unit(2.5), segalman(-0.6, 0.2), consistent(&unit(1.0)), consistent(&unit(1.5)), consistent(&unit(2.5))]
+    vec![
+        unit(1.0),
+        unit(2.5),
+        segalman(-0.6, 0.2),
+        consistent(&unit(1.0)),
+        consistent(&unit(1.5)),
+        consistent(&unit(2.5)),
+    ]
 }
 
 /// While it stays closed it is p = kn (-gap)^m and the friction form.
@@ -61,16 +75,33 @@ fn closed_it_is_the_penalty_and_the_friction_form() {
         for step in 0..300 {
             let normal = 0.018 * random.f64() - 0.1 * random.f64();
             let length = decades(&mut random, -2.0, 0.0);
-            let jump: [f64; N] = std::array::from_fn(|i| contact.state[7 + i] + length * signed(&mut random));
+            let jump: [f64; N] =
+                std::array::from_fn(|i| contact.state[7 + i] + length * signed(&mut random));
             let exact = std::array::from_fn(|i| jump[i] - contact.state[7 + i]);
-            contact.mu_factor = if step == 0 || random.bool() { 1.0 } else { random.f64() };
+            contact.mu_factor = if step == 0 || random.bool() {
+                1.0
+            } else {
+                random.f64()
+            };
             friction.mu_factor = contact.mu_factor;
             let response = contact.to(normal, jump);
             let gap = -(normal + gap0);
             let pressure = kn * gap.powf(m);
-            assert_abs_diff_eq!(response.normal_traction, -pressure, epsilon = 1e-13 * pressure);
-            assert_abs_diff_eq!(response.normal_stiffness, m * pressure / gap, epsilon = 1e-12 * pressure / gap);
-            assert_abs_diff_eq!(response.normal_energy, kn * gap.powf(m + 1.0) / (m + 1.0), epsilon = 1e-13);
+            assert_abs_diff_eq!(
+                response.normal_traction,
+                -pressure,
+                epsilon = 1e-13 * pressure
+            );
+            assert_abs_diff_eq!(
+                response.normal_stiffness,
+                m * pressure / gap,
+                epsilon = 1e-12 * pressure / gap
+            );
+            assert_abs_diff_eq!(
+                response.normal_energy,
+                kn * gap.powf(m + 1.0) / (m + 1.0),
+                epsilon = 1e-13
+            );
             let expected = friction.step(exact, -response.normal_traction);
             assert_eq!(response.friction, expected);
             assert_eq!(contact.state[..6], friction.state[..6]);
@@ -110,8 +141,16 @@ fn closing_within_the_step() {
                 point.step([0.0; 2], 1e-250);
             }
             let expected = point.step(d, pressure);
-            assert_abs_diff_eq!(response.friction.traction, expected.traction, epsilon = 1e-12);
-            assert_abs_diff_eq!(response.friction.dissipated, expected.dissipated, epsilon = 1e-12);
+            assert_abs_diff_eq!(
+                response.friction.traction,
+                expected.traction,
+                epsilon = 1e-12
+            );
+            assert_abs_diff_eq!(
+                response.friction.dissipated,
+                expected.dissipated,
+                epsilon = 1e-12
+            );
             // Straight loading: T u(R) is a straight line as long as nothing slips.
             if rule == 1.0 && cohesion == 0.0 {
                 let g = pressure.powf(1.0 / chi);
@@ -137,7 +176,11 @@ fn the_moment_of_closing_may_be_a_step_of_its_own() {
     assert_eq!(cut.state[1], 0.0);
     let b = cut.to(-0.15, [1.3]);
     assert_abs_diff_eq!(a.friction.traction, b.friction.traction, epsilon = 1e-13);
-    assert_abs_diff_eq!(a.friction.dissipated, b.friction.dissipated, epsilon = 1e-14);
+    assert_abs_diff_eq!(
+        a.friction.dissipated,
+        b.friction.dissipated,
+        epsilon = 1e-14
+    );
     assert_abs_diff_eq!(a.friction.stored, b.friction.stored, epsilon = 1e-14);
 }
 
@@ -148,14 +191,22 @@ fn interference_and_an_unknown_opening() {
     let mut contact = Contact::<1>::new(&props);
     let first = contact.to(0.0, [0.2]);
     let mut point = Point::<1>::new(&consistent(&unit(2.5)));
-    assert_abs_diff_eq!(first.friction.traction, point.step([0.2], 1.0).traction, epsilon = 1e-12);
+    assert_abs_diff_eq!(
+        first.friction.traction,
+        point.step([0.2], 1.0).traction,
+        epsilon = 1e-12
+    );
 
     let mut known = Contact::<1>::new(&props);
     known.to(0.5, [0.0]);
     known.state[6] = UNKNOWN_OPENING;
     let response = known.to(-0.03, [0.2]);
     let mut point = Point::<1>::new(&consistent(&unit(2.5)));
-    assert_abs_diff_eq!(response.friction.traction, point.step([0.2], 2.5).traction, epsilon = 1e-12);
+    assert_abs_diff_eq!(
+        response.friction.traction,
+        point.step([0.2], 2.5).traction,
+        epsilon = 1e-12
+    );
 }
 
 /// Open: nothing is remembered but the counters, the openings and the jumps; what was stored is dissipated.
@@ -167,8 +218,14 @@ fn open_nothing_is_remembered() {
         let held = contact.to(-0.02, [0.6, 0.2]).friction.stored;
         let before = contact.state.clone();
         let open = contact.to(0.01, [3.0, -1.0]);
-        assert_eq!((open.friction.stored, open.friction.dissipated), (0.0, held));
-        assert_eq!(open.friction.traction.norm() + open.friction.dtraction_dslip.norm(), 0.0);
+        assert_eq!(
+            (open.friction.stored, open.friction.dissipated),
+            (0.0, held)
+        );
+        assert_eq!(
+            open.friction.traction.norm() + open.friction.dtraction_dslip.norm(),
+            0.0
+        );
         assert!(open.normal_traction == 0.0 && open.normal_traction.is_sign_positive());
         let after = &contact.state;
         assert_eq!(after[..4], [0.0; 4]);
@@ -194,7 +251,14 @@ fn a_point_that_just_touches_is_stiff() {
 #[test]
 fn a_normal_stiffness_is_required() {
     let law = Law::<1>::new(&power(0.3, 1e-3, 2.5), 44).expect("good properties");
-    let error = law.interface(1e-3, -0.1, &Vector::from([0.0]), 1.0, &[0.0; 44], &mut [0.0; 44]);
+    let error = law.interface(
+        1e-3,
+        -0.1,
+        &Vector::from([0.0]),
+        1.0,
+        &[0.0; 44],
+        &mut [0.0; 44],
+    );
     let error = error.expect_err("no kn");
     assert_eq!(error.kind, Kind::BadProperty);
     assert!(error.to_string().contains("kn"), "{error}");
@@ -210,22 +274,38 @@ fn tangent_against_differences() {
         for _ in 0..300 {
             let direction = Vector::<N>::from_fn(|_, _| signed(&mut random)).normalize();
             let length = decades(&mut random, -2.0, 0.3);
-            let jump: [f64; N] = std::array::from_fn(|i| contact.state[7 + i] + direction[i] * length);
+            let jump: [f64; N] =
+                std::array::from_fn(|i| contact.state[7 + i] + direction[i] * length);
             let normal = -0.02 + 0.06 * (random.f64() - 0.7);
             let (response, end) = contact.trial(normal, jump);
             if response.normal_traction == 0.0 {
                 contact.state = end;
                 continue;
             }
-            let scale = response.friction.dtraction_dslip.norm().max(-response.normal_traction);
+            let scale = response
+                .friction
+                .dtraction_dslip
+                .norm()
+                .max(-response.normal_traction);
             // Rounding asks for long steps, fronts that come and go for short ones.
-            let best = |error: &dyn Fn(f64) -> f64| [1e-5, 1e-6, 1e-7].map(|h| error(h * length)).into_iter().fold(f64::INFINITY, f64::min);
+            let best = |error: &dyn Fn(f64) -> f64| {
+                [1e-5, 1e-6, 1e-7]
+                    .map(|h| error(h * length))
+                    .into_iter()
+                    .fold(f64::INFINITY, f64::min)
+            };
             let by_opening = best(&|h| {
                 let h = h.min(0.01 * (-normal - 0.02));
-                let (high, low) = (contact.trial(normal + h, jump).0, contact.trial(normal - h, jump).0);
-                let normal_part = (high.normal_traction - low.normal_traction) / (2.0 * h) - response.normal_stiffness;
-                let part = (high.friction.traction - low.friction.traction) / (2.0 * h) - response.dtraction_dopening;
-                (part.norm() + normal_part.abs()) / (response.dtraction_dopening.norm() + response.normal_stiffness)
+                let (high, low) = (
+                    contact.trial(normal + h, jump).0,
+                    contact.trial(normal - h, jump).0,
+                );
+                let normal_part = (high.normal_traction - low.normal_traction) / (2.0 * h)
+                    - response.normal_stiffness;
+                let part = (high.friction.traction - low.friction.traction) / (2.0 * h)
+                    - response.dtraction_dopening;
+                (part.norm() + normal_part.abs())
+                    / (response.dtraction_dopening.norm() + response.normal_stiffness)
             });
             let mut errors = vec![by_opening];
             for j in 0..N {

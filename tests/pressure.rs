@@ -17,7 +17,10 @@ use support::{Point, consistent, decades, segalman, signed, state_size, unit, wi
 /// Tractions after increments (slip, pressure at its end).
 fn tractions(props: &[f64], increments: &[(f64, f64)]) -> Vec<f64> {
     let mut point = Point::<1>::new(props);
-    increments.iter().map(|&(d, p)| point.step([d], p).traction[0]).collect()
+    increments
+        .iter()
+        .map(|&(d, p)| point.step([d], p).traction[0])
+        .collect()
 }
 
 /// 11a: what sticks keeps its traction while the pressure rises; a fall takes it, and it does not come back.
@@ -28,7 +31,10 @@ fn v11a_held_slip() {
         (1.5, [0.646447, 0.646447, 0.646447, 0.391120, 0.391120]),
         (2.5, [0.823223, 0.823223, 0.823223, 0.383605, 0.383605]),
     ] {
-        let t = tractions(&consistent(&unit(chi)), &[(0.5, 1.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.4), (0.0, 1.0)]);
+        let t = tractions(
+            &consistent(&unit(chi)),
+            &[(0.5, 1.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.4), (0.0, 1.0)],
+        );
         for (t, printed) in t.iter().zip(printed) {
             assert_abs_diff_eq!(*t, printed, epsilon = 1e-6);
         }
@@ -45,7 +51,11 @@ fn v11a_held_slip() {
 /// to its limit sticks: step 2 of the algorithm) the traction wears off by some per cent of T.
 #[test]
 fn v11b_ripple() {
-    for (chi, first, later) in [(1.0, 0.3, 0.3), (1.5, 0.41434, 0.39737), (2.5, 0.59004, 0.54781)] {
+    for (chi, first, later) in [
+        (1.0, 0.3, 0.3),
+        (1.5, 0.41434, 0.39737),
+        (2.5, 0.59004, 0.54781),
+    ] {
         for direction in [[1.0, 0.0], [0.6, -0.8]] {
             let mut point = Point::<2>::new(&consistent(&unit(chi)));
             let n = Vector::from(direction);
@@ -71,10 +81,27 @@ fn v11b_ripple() {
 /// 11c: Mindlin and Deresiewicz' legs. One call a leg, ten, or a thousand.
 #[test]
 fn v11c_legs_of_mindlin_and_deresiewicz() {
-    let legs = [(0.20, 0.10), (0.15, -0.05), (0.10, 0.05), (-0.12, 0.03), (-0.10, -0.04), (-0.08, 0.06)];
+    let legs = [
+        (0.20, 0.10),
+        (0.15, -0.05),
+        (0.10, 0.05),
+        (-0.12, 0.03),
+        (-0.10, -0.04),
+        (-0.08, 0.06),
+    ];
     for (chi, printed) in [
-        (1.5, [0.29987476, 0.49026781, 0.62964298, 0.44199514, 0.29312901, 0.16818636]),
-        (2.5, [0.50062523, 0.71976291, 0.92842832, 0.58845332, 0.34479843, 0.11848031]),
+        (
+            1.5,
+            [
+                0.29987476, 0.49026781, 0.62964298, 0.44199514, 0.29312901, 0.16818636,
+            ],
+        ),
+        (
+            2.5,
+            [
+                0.50062523, 0.71976291, 0.92842832, 0.58845332, 0.34479843, 0.11848031,
+            ],
+        ),
     ] {
         let mut totals = Vec::new();
         for parts in [1, 10, 1000] {
@@ -94,7 +121,10 @@ fn v11c_legs_of_mindlin_and_deresiewicz() {
                     g += growth;
                     assert_abs_diff_eq!(t, printed, epsilon = 1e-8);
                 }
-                totals.push((point.step([0.0; 2], g.powf(chi)).traction.norm(), dissipated));
+                totals.push((
+                    point.step([0.0; 2], g.powf(chi)).traction.norm(),
+                    dissipated,
+                ));
             }
         }
         for total in &totals {
@@ -147,7 +177,10 @@ fn v11d_constant_stiffness() {
     let seed = 212;
     println!("seed {seed}");
     let mut random = fastrand::Rng::with_seed(seed);
-    for props in [consistent(&unit(1.0)), with(&consistent(&unit(2.5)), 4, 1.0)] {
+    for props in [
+        consistent(&unit(1.0)),
+        with(&consistent(&unit(2.5)), 4, 1.0),
+    ] {
         let mut line = Point::<1>::new(&props);
         let mut oblique = Point::<2>::new(&props);
         let (mut spring, mut slanted) = (Jenkins::new(1.0), Jenkins::new(1.0));
@@ -202,7 +235,11 @@ fn slip_under_force(point: &Point<1>, force: f64, pressure: f64) -> f64 {
     assert!(excess(low) < 0.0 && excess(high) > 0.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if excess(middle) < 0.0 { low = middle } else { high = middle }
+        if excess(middle) < 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     0.5 * (low + high)
 }
@@ -243,17 +280,33 @@ fn v11_proportional_rule() {
     for props in [unit(1.0), unit(2.5), segalman(-0.5, 0.3)] {
         let mut random = fastrand::Rng::with_seed(214);
         let mut point = Point::<1>::with_state_size(&props, state_size(1, 40));
-        let backbone = if props.len() > 9 { Backbone::Segalman { c: -0.5, beta: 0.3 } } else { Backbone::Power { chi: props[2] } };
+        let backbone = if props.len() > 9 {
+            Backbone::Segalman { c: -0.5, beta: 0.3 }
+        } else {
+            Backbone::Power { chi: props[2] }
+        };
         let mut exact = Masing::new(backbone);
         let mut before = 0.0;
         for _ in 0..200 {
             let (s, p) = (1.5 * signed(&mut random), decades(&mut random, -1.0, 1.0));
             let response = point.move_to([s], p);
             exact.move_to(s);
-            assert_abs_diff_eq!(response.traction[0], p * exact.traction(), epsilon = 1e-12 * p);
-            assert_abs_diff_eq!(response.dtraction_dpressure[0], exact.traction(), epsilon = 1e-12);
+            assert_abs_diff_eq!(
+                response.traction[0],
+                p * exact.traction(),
+                epsilon = 1e-12 * p
+            );
+            assert_abs_diff_eq!(
+                response.dtraction_dpressure[0],
+                exact.traction(),
+                epsilon = 1e-12
+            );
             let held = point.step([0.0], 2.0 * p);
-            assert_abs_diff_eq!(held.traction[0], 2.0 * response.traction[0], epsilon = 1e-12 * p);
+            assert_abs_diff_eq!(
+                held.traction[0],
+                2.0 * response.traction[0],
+                epsilon = 1e-12 * p
+            );
             assert_abs_diff_eq!(held.dissipated, -response.stored, epsilon = 1e-12 * p);
             before = held.stored;
         }
@@ -276,15 +329,25 @@ fn v11_elements_of_fixed_depth() {
             pressure = match random.u32(0..8) {
                 0 => 0.0,
                 1..=4 => decades(&mut random, -1.0, 0.6),
-                _ => if pressure == 0.0 { 1.0 } else { pressure },
+                _ => {
+                    if pressure == 0.0 {
+                        1.0
+                    } else {
+                        pressure
+                    }
+                }
             };
             let response = point.step([d], pressure);
             twin.step([d, 0.0], pressure, 128);
             lost += response.dissipated;
-            worst = worst.max((response.traction[0] - twin.traction()[0]).abs()).max((response.stored - twin.stored()).abs());
+            worst = worst
+                .max((response.traction[0] - twin.traction()[0]).abs())
+                .max((response.stored - twin.stored()).abs());
             energy = energy.max((lost - twin.dissipated()).abs() / lost.max(1.0));
         }
-        println!("chi {chi}: traction and stored energy {worst:.1e}, dissipated {energy:.1e} of {lost:.1}");
+        println!(
+            "chi {chi}: traction and stored energy {worst:.1e}, dissipated {energy:.1e} of {lost:.1}"
+        );
         // The elements' dissipation is first order in their sub-steps.
         assert!(worst < 1e-5 && energy < 1e-3);
     }
@@ -298,7 +361,12 @@ fn all_that_changes_the_limit_acts_through_it() {
     let (c, cap, late, length) = (0.3, 3.0, 0.4, 2.5);
     props[4] = 1.0;
     props[11..15].copy_from_slice(&[c, cap, late, length]);
-    let limit = Limit { mu: 1.0, cohesion: c, cap, run_in: Some((late, length)) };
+    let limit = Limit {
+        mu: 1.0,
+        cohesion: c,
+        cap,
+        run_in: Some((late, length)),
+    };
     let mut random = fastrand::Rng::with_seed(216);
     let mut point = Point::<1>::new(&props);
     // The same limits by pressures alone: there T0 is that of the reference pressure.
@@ -307,14 +375,24 @@ fn all_that_changes_the_limit_acts_through_it() {
     for _ in 0..500 {
         let d = signed(&mut random) * decades(&mut random, -2.0, 0.2);
         let pressure = decades(&mut random, -1.0, 1.0);
-        point.mu_factor = if random.bool() { 1.0 } else { 2.0 * random.f64() };
+        point.mu_factor = if random.bool() {
+            1.0
+        } else {
+            2.0 * random.f64()
+        };
         let t = limit.at(pressure, point.mu_factor, path);
         path += d.abs();
         let (a, b) = (point.step([d], pressure), plain.step([d], t.traction));
         assert_relative_eq!(point.state[2], t.traction, max_relative = 1e-14);
         assert_relative_eq!(point.state[5], path, max_relative = 1e-12);
-        worst = worst.max((a.traction[0] - b.traction[0]).abs()).max((a.dissipated - b.dissipated).abs());
-        assert_abs_diff_eq!(a.dtraction_dpressure[0], t.slope * b.dtraction_dpressure[0], epsilon = 1e-11);
+        worst = worst
+            .max((a.traction[0] - b.traction[0]).abs())
+            .max((a.dissipated - b.dissipated).abs());
+        assert_abs_diff_eq!(
+            a.dtraction_dpressure[0],
+            t.slope * b.dtraction_dpressure[0],
+            epsilon = 1e-11
+        );
         if t.traction == cap {
             assert_eq!(a.dtraction_dpressure[0], 0.0);
         }
@@ -333,11 +411,19 @@ fn run_in_is_explicit() {
     let first = point.step([10.0], 1.0);
     assert_eq!(first.traction[0], 1.0);
     let second = point.step([10.0], 1.0);
-    assert_abs_diff_eq!(second.traction[0], 0.5 + 0.5 * (-5.0f64).exp(), epsilon = 1e-15);
+    assert_abs_diff_eq!(
+        second.traction[0],
+        0.5 + 0.5 * (-5.0f64).exp(),
+        epsilon = 1e-15
+    );
     point.step([3.0], 0.0);
     assert_eq!(point.state[5], 20.0);
     let closed = point.step([10.0], 1.0);
-    assert_abs_diff_eq!(closed.traction[0], 0.5 + 0.5 * (-10.0f64).exp(), epsilon = 1e-15);
+    assert_abs_diff_eq!(
+        closed.traction[0],
+        0.5 + 0.5 * (-10.0f64).exp(),
+        epsilon = 1e-15
+    );
 }
 
 /// No limit while closed: consistent, the memory is gone and T grows from nothing; proportional, it is kept.
@@ -366,10 +452,16 @@ fn a_limit_of_zero() {
     }
     // From next to nothing, and back: no bits go wild.
     let mut point = Point::<2>::new(&consistent(&unit(2.5)));
-    for p in [1.0, 1e-300, 1.0, 1e-31, 1e-20, 1e-9, 1.0, 1e-200, 1e-100, 1.0, 1e-29, 3.0] {
+    for p in [
+        1.0, 1e-300, 1.0, 1e-31, 1e-20, 1e-9, 1.0, 1e-200, 1e-100, 1.0, 1e-29, 3.0,
+    ] {
         let response = point.step([0.2, -0.1], p);
         assert!(response.traction.norm() <= p * (1.0 + 1e-12));
-        assert!(response.dissipated >= -1e-15, "{p}: {:e}", response.dissipated);
+        assert!(
+            response.dissipated >= -1e-15,
+            "{p}: {:e}",
+            response.dissipated
+        );
     }
 }
 
@@ -381,7 +473,11 @@ fn a_fresh_start_and_a_tiny_pressure() {
     let (p, d): (f64, f64) = (4.0, 0.3);
     let g = p.powf(1.0 / chi);
     let mut fresh = Point::<1>::new(&consistent(&unit(chi)));
-    assert_abs_diff_eq!(fresh.step([d], p).traction[0], p * f.traction(d / g), epsilon = 1e-12);
+    assert_abs_diff_eq!(
+        fresh.step([d], p).traction[0],
+        p * f.traction(d / g),
+        epsilon = 1e-12
+    );
     let mut tiny = Point::<1>::new(&consistent(&unit(chi)));
     tiny.step([0.0], 1e-9);
     // Straight in slip and in G from nearly nothing: u = R d / G.
@@ -395,15 +491,23 @@ fn properties_that_change_in_time() {
     let law = |props: &[f64]| Law::<1>::new(props, state_size(1, 16)).expect("good properties");
     let step = |law: &Law<1>, gcr: f64, d: f64, state: &mut Vec<f64>| {
         let start = state.clone();
-        law.friction(gcr, &Vector::from([d]), 1.0, 1.0, &start, state).expect("a valid increment")
+        law.friction(gcr, &Vector::from([d]), 1.0, 1.0, &start, state)
+            .expect("a valid increment")
     };
-    let (one, other) = (law(&consistent(&unit(2.5))), law(&consistent(&[0.8, 3.0, 2.5])));
+    let (one, other) = (
+        law(&consistent(&unit(2.5))),
+        law(&consistent(&[0.8, 3.0, 2.5])),
+    );
     let mut state = vec![0.0; state_size(1, 16)];
     let before = step(&one, 1.0, 0.3, &mut state);
     // G goes with T: .8^(1/2.5), whatever gcr is now.
     let after = step(&other, 3.0, 0.0, &mut state);
     let knots = state[10] as usize;
-    assert_relative_eq!(state[12 + 2 * (knots - 1)], 0.8f64.powf(0.4), max_relative = 1e-14);
+    assert_relative_eq!(
+        state[12 + 2 * (knots - 1)],
+        0.8f64.powf(0.4),
+        max_relative = 1e-14
+    );
     assert!(after.dissipated >= -1e-15 && after.traction[0] < before.traction[0]);
 }
 
@@ -414,7 +518,8 @@ fn gcr_that_changes_at_rest() {
     let law = Law::<1>::new(&unit(2.5), 44).expect("good properties");
     let step = |gcr: f64, d: f64, state: &mut Vec<f64>| {
         let start = state.clone();
-        law.friction(gcr, &Vector::from([d]), 1.0, 1.0, &start, state).expect("a valid increment")
+        law.friction(gcr, &Vector::from([d]), 1.0, 1.0, &start, state)
+            .expect("a valid increment")
     };
     let mut state = vec![0.0; 44];
     let before = step(1.0, 0.3, &mut state);
@@ -431,7 +536,10 @@ fn segalman_has_no_consistent_rule() {
     let error = Law::<1>::new(&props, 44).expect_err("not self-similar");
     assert_eq!(error.kind, Kind::BadProperty);
     let text = error.to_string();
-    assert!(text.contains("reference_pressure") && text.contains("self-similar"), "{text}");
+    assert!(
+        text.contains("reference_pressure") && text.contains("self-similar"),
+        "{text}"
+    );
     assert!(Law::<1>::new(&with(&props, 4, 1.0), 44).is_ok());
 }
 
@@ -449,11 +557,21 @@ fn v10_energy_balance_under_changing_limits() {
         for _ in 0..30 {
             let (d, to) = (1.2 * signed(&mut random), 0.5 + random.f64());
             // Work by quadrature of the traction along the path, each value from the start of the increment.
-            let force = |part: f64| point.trial([part * d], (g + part * (to - g)).powf(chi)).0.traction[0] * d;
+            let force = |part: f64| {
+                point
+                    .trial([part * d], (g + part * (to - g)).powf(chi))
+                    .0
+                    .traction[0]
+                    * d
+            };
             let work = support::integral(&force, 0.0, 1.0, 1e-12);
             let response = point.step([d], to.powf(chi));
             worst = worst.max((work - (response.stored - stored) - response.dissipated).abs());
-            assert!(response.dissipated >= -1e-15 * g.max(to).powf(chi + 1.0), "{:e}", response.dissipated);
+            assert!(
+                response.dissipated >= -1e-15 * g.max(to).powf(chi + 1.0),
+                "{:e}",
+                response.dissipated
+            );
             (g, stored) = (to, response.stored);
         }
     }

@@ -4,7 +4,9 @@ mod support;
 
 use approx::assert_abs_diff_eq;
 use mepc::{Kind, Matrix, Vector};
-use support::{Point, consistent, decades, integral, segalman, signed, state_size, turned, unit, with};
+use support::{
+    Point, consistent, decades, integral, segalman, signed, state_size, turned, unit, with,
+};
 
 /// Both backbones, both rules.
 fn laws() -> Vec<Vec<f64>> {
@@ -26,7 +28,9 @@ fn v08_rotated_paths_give_rotated_tractions() {
     let mut worst = Vec::new();
     for props in laws() {
         for angle in [0.4, 1.9, -2.6] {
-            let q = Matrix::from_columns(&[turned([1.0, 0.0], angle), turned([0.0, 1.0], angle)].map(Vector::from));
+            let q = Matrix::from_columns(
+                &[turned([1.0, 0.0], angle), turned([0.0, 1.0], angle)].map(Vector::from),
+            );
             let (mut plain, mut rotated) = (Point::<2>::new(&props), Point::<2>::new(&props));
             let mut random = fastrand::Rng::with_seed(101);
             let mut pressure = 1.0;
@@ -35,14 +39,22 @@ fn v08_rotated_paths_give_rotated_tractions() {
                     pressure = decades(&mut random, -1.0, 1.0);
                 }
                 let d = slip(&mut random);
-                let (a, b) = (plain.step(d, pressure), rotated.step(turned(d, angle), pressure));
+                let (a, b) = (
+                    plain.step(d, pressure),
+                    rotated.step(turned(d, angle), pressure),
+                );
                 worst.push((q * a.traction - b.traction).norm() / pressure);
                 worst.push((a.stored - b.stored).abs() / pressure);
             }
         }
     }
     let count = worst.iter().filter(|x| **x > 1e-9).count();
-    println!("{} of {} differ by more than 1e-9, at most {:.1e}", count, worst.len(), worst.iter().fold(0.0f64, |m, x| m.max(*x)));
+    println!(
+        "{} of {} differ by more than 1e-9, at most {:.1e}",
+        count,
+        worst.len(),
+        worst.iter().fold(0.0f64, |m, x| m.max(*x))
+    );
     assert!(worst.iter().all(|x| *x < 2e-3));
     assert!(count * 50 < worst.len());
 }
@@ -61,7 +73,13 @@ fn v10_energy_balance_on_straight_histories() {
                 let s = signed(&mut random) * [0.1, 0.5, 1.0, 3.0][random.usize(0..4)];
                 // Work by quadrature of the traction along the branch, each value from the start of the branch.
                 let n = Vector::from(direction);
-                let force = |d: f64| point.trial(direction.map(|x| x * d), 1.0).0.traction.dot(&n);
+                let force = |d: f64| {
+                    point
+                        .trial(direction.map(|x| x * d), 1.0)
+                        .0
+                        .traction
+                        .dot(&n)
+                };
                 let work = integral(&force, 0.0, s - at, 1e-12);
                 let response = point.step(direction.map(|x| x * (s - at)), 1.0);
                 at = s;
@@ -91,8 +109,14 @@ fn a_tiny_return_from_gross_slip_stays_on_the_line_of_the_penalty() {
                 // In two and more steps forward; half the way still sticks.
                 for _ in 0..4 {
                     slip += b / 8.0;
-                    let (a, c) = (line.step([b / 8.0], 1.0), point.step(direction.map(|x| x * b / 8.0), 1.0));
-                    for (t, k) in [(a.traction[0], a.dtraction_dslip[(0, 0)]), (c.traction.dot(&n), n.dot(&(c.dtraction_dslip * n)))] {
+                    let (a, c) = (
+                        line.step([b / 8.0], 1.0),
+                        point.step(direction.map(|x| x * b / 8.0), 1.0),
+                    );
+                    for (t, k) in [
+                        (a.traction[0], a.dtraction_dslip[(0, 0)]),
+                        (c.traction.dot(&n), n.dot(&(c.dtraction_dslip * n))),
+                    ] {
                         assert_abs_diff_eq!(t, slip, epsilon = 2e-15 + 1e-6 * b);
                         assert_abs_diff_eq!(k, 1.0, epsilon = 1e-9);
                     }
@@ -110,7 +134,11 @@ fn stored_energy_is_never_negative() {
     for props in laws() {
         let (mut line, mut plane) = (Point::<1>::new(&props), Point::<2>::new(&props));
         for _ in 0..20_000 {
-            let p = if random.bool() { 1.0 } else { decades(&mut random, -0.3, 0.3) };
+            let p = if random.bool() {
+                1.0
+            } else {
+                decades(&mut random, -0.3, 0.3)
+            };
             let d = 1e-3 * signed(&mut random) * decades(&mut random, -9.0, 3.5);
             assert!(line.step([d], p).stored >= 0.0);
             assert!(plane.step([0.28 * d, -0.96 * d], p).stored >= 0.0);
@@ -138,7 +166,9 @@ fn undoing_a_step_exactly_or_almost() {
             let exact = last([0.0; 2]);
             for shift in [[1e-10, 0.0], [-1e-10, 0.0], [0.0, 1e-10], [0.0, -1e-10]] {
                 let near = last(shift);
-                worst = worst.max((exact.traction - near.traction).norm()).max((exact.stored - near.stored).abs());
+                worst = worst
+                    .max((exact.traction - near.traction).norm())
+                    .max((exact.stored - near.stored).abs());
             }
         }
     }
@@ -155,14 +185,22 @@ fn energies_beyond_numbers_and_critical_slips_that_are_none_are_refused() {
     let mut huge = point.state.clone();
     (huge[3], huge[4]) = (1.7e308, 1.7e308);
     let mut end = vec![0.0; huge.len()];
-    let opened = point.law.friction(1.0, &Vector::zeros(), 0.0, 1.0, &huge, &mut end);
+    let opened = point
+        .law
+        .friction(1.0, &Vector::zeros(), 0.0, 1.0, &huge, &mut end);
     assert_eq!(opened.map_err(|error| error.kind), Err(Kind::BadInput));
     for gcr in [0.0, -0.002, f64::NAN, f64::INFINITY, 1e-320] {
-        let error = point.law.friction(gcr, &Vector::zeros(), 1.0, 1.0, &point.state, &mut end).expect_err("no length");
+        let error = point
+            .law
+            .friction(gcr, &Vector::zeros(), 1.0, 1.0, &point.state, &mut end)
+            .expect_err("no length");
         assert!(error.to_string().contains("gcr = "), "{error}");
     }
     for factor in [-0.1, f64::NAN, f64::INFINITY] {
-        let error = point.law.friction(1.0, &Vector::zeros(), 1.0, factor, &point.state, &mut end).expect_err("no factor");
+        let error = point
+            .law
+            .friction(1.0, &Vector::zeros(), 1.0, factor, &point.state, &mut end)
+            .expect_err("no factor");
         assert!(error.to_string().contains("mu_factor = "), "{error}");
     }
     assert!(end.iter().all(|x| *x == 0.0));
@@ -176,7 +214,18 @@ fn odd_numbers_give_errors_or_finite_values() {
     let mut random = fastrand::Rng::with_seed(seed);
     let odd = |usual: f64, random: &mut fastrand::Rng| match random.u32(0..6) {
         0 => f64::from_bits(random.u64(..)),
-        1 => [0.0, -0.0, f64::MIN_POSITIVE, 5e-324, f64::MAX, f64::NAN, f64::INFINITY, 1e-300, 1e99, 1e160][random.usize(0..10)],
+        1 => [
+            0.0,
+            -0.0,
+            f64::MIN_POSITIVE,
+            5e-324,
+            f64::MAX,
+            f64::NAN,
+            f64::INFINITY,
+            1e-300,
+            1e99,
+            1e160,
+        ][random.usize(0..10)],
         2 => signed(random) * decades(random, -300.0, 300.0),
         _ => usual,
     };
@@ -195,12 +244,22 @@ fn odd_numbers_give_errors_or_finite_values() {
                 point.state[slot] = odd(point.state[slot], &mut random);
             }
             let mut end = vec![f64::NAN; point.state.len()];
-            match point.law.friction(1.0, &Vector::from(increment), pressure, factor, &point.state, &mut end) {
+            match point.law.friction(
+                1.0,
+                &Vector::from(increment),
+                pressure,
+                factor,
+                &point.state,
+                &mut end,
+            ) {
                 Ok(response) => {
                     good += 1;
                     let numbers = response.traction.iter().chain(&response.dtraction_dslip);
                     let numbers = numbers.chain(&response.dtraction_dpressure).chain(&end);
-                    assert!(numbers.copied().all(f64::is_finite), "{increment:?} {pressure}");
+                    assert!(
+                        numbers.copied().all(f64::is_finite),
+                        "{increment:?} {pressure}"
+                    );
                     assert!(response.stored.is_finite() && response.dissipated.is_finite());
                     let limit = pressure * factor;
                     // A damaged curve may be steeper than any that slip can make; rounding is larger there.
@@ -208,12 +267,19 @@ fn odd_numbers_give_errors_or_finite_values() {
                     if (1e-290..1e290).contains(&limit) {
                         // Outside of that the traction itself loses digits.
                         let excess = (response.traction / limit).norm() - 1.0;
-                        assert!(excess <= rounding, "{excess:e} {props:?} {increment:?} {pressure} {factor} {:?}", point.state);
+                        assert!(
+                            excess <= rounding,
+                            "{excess:e} {props:?} {increment:?} {pressure} {factor} {:?}",
+                            point.state
+                        );
                     }
                 }
                 Err(error) => {
                     refused += 1;
-                    assert!(matches!(error.kind, Kind::BadState | Kind::BadInput), "{error}");
+                    assert!(
+                        matches!(error.kind, Kind::BadState | Kind::BadInput),
+                        "{error}"
+                    );
                     assert!(end.iter().all(|x| x.is_nan()), "state1 was written");
                 }
             }
@@ -260,12 +326,25 @@ impl Worst {
                 1 => random.f64(),
                 _ => 1.0,
             };
-            let before = (point.state[2], point.state[HEADER..].chunks_exact(1 + N).map(|knot| knot[0]).fold(0.0, f64::max));
-            let response = point.law.friction(gcr, &slip, pressure, factor, &point.state, &mut end);
+            let before = (
+                point.state[2],
+                point.state[HEADER..]
+                    .chunks_exact(1 + N)
+                    .map(|knot| knot[0])
+                    .fold(0.0, f64::max),
+            );
+            let response = point
+                .law
+                .friction(gcr, &slip, pressure, factor, &point.state, &mut end);
             let response = response.expect("a valid increment from the library's own state");
             std::mem::swap(&mut point.state, &mut end);
-            let finite = response.traction.iter().chain(&response.dtraction_dslip).chain(&response.dtraction_dpressure);
-            let finite = finite.copied().all(f64::is_finite) && (response.stored + response.dissipated).is_finite();
+            let finite = response
+                .traction
+                .iter()
+                .chain(&response.dtraction_dslip)
+                .chain(&response.dtraction_dpressure);
+            let finite = finite.copied().all(f64::is_finite)
+                && (response.stored + response.dissipated).is_finite();
             self.updates += 1;
             self.not_finite += u64::from(!finite);
             self.negative += u64::from(response.stored < 0.0);
@@ -278,7 +357,10 @@ impl Worst {
             }
             // Under the proportional rule a changing limit creates energy.
             if p0 > 0.0 || limit == before.0 {
-                let critical = point.state[HEADER..].chunks_exact(1 + N).map(|knot| knot[0]).fold(before.1, f64::max);
+                let critical = point.state[HEADER..]
+                    .chunks_exact(1 + N)
+                    .map(|knot| knot[0])
+                    .fold(before.1, f64::max);
                 let energy = limit.max(before.0) * critical.max(slip.norm());
                 let least = response.dissipated / energy.max(f64::MIN_POSITIVE);
                 if N == 2 && limit != before.0 {
@@ -309,16 +391,27 @@ fn ten_million_random_updates() {
         not_finite: 0,
         full: 0,
     };
-    for (is_segalman, is_consistent) in [(false, false), (false, true), (true, false), (false, true)] {
+    for (is_segalman, is_consistent) in
+        [(false, false), (false, true), (true, false), (false, true)]
+    {
         for _ in 0..HISTORIES {
             // Usual exponents, and all that is allowed.
             let curve = match (is_segalman, random.usize(0..6)) {
                 (false, usual @ 0..4) => unit([1.0, 1.5, 2.5, 4.0][usual]),
                 (false, _) => unit(1.0 + decades(&mut random, -4.0, 5.99)),
-                (true, usual @ 0..4) => segalman([-0.9, -0.6, -0.3, 0.0][usual], 0.3 * random.f64()),
-                (true, _) => segalman(-1.0 + decades(&mut random, -6.0, 0.0), decades(&mut random, -6.0, 6.0)),
+                (true, usual @ 0..4) => {
+                    segalman([-0.9, -0.6, -0.3, 0.0][usual], 0.3 * random.f64())
+                }
+                (true, _) => segalman(
+                    -1.0 + decades(&mut random, -6.0, 0.0),
+                    decades(&mut random, -6.0, 6.0),
+                ),
             };
-            let p0 = if is_consistent { decades(&mut random, -1.0, 1.0) } else { 0.0 };
+            let p0 = if is_consistent {
+                decades(&mut random, -1.0, 1.0)
+            } else {
+                0.0
+            };
             let mut props = with(&curve, 5, p0);
             props[0] = 0.1 + random.f64();
             props[1] = decades(&mut random, -6.0, 0.0);
@@ -353,7 +446,13 @@ fn ten_million_random_updates() {
 #[test]
 #[ignore = "kernel: D = -3.4e-5 T G, differences of F and L over a segment of 5e-17"]
 fn no_increment_creates_energy() {
-    let props = [0.9544155901726464, 2.163424791782604e-6, 1.0, 0.0, 4.718719718122761];
+    let props = [
+        0.9544155901726464,
+        2.163424791782604e-6,
+        1.0,
+        0.0,
+        4.718719718122761,
+    ];
     let mut point = Point::<2>::with_state_size(&props, state_size(2, 4));
     let start = [
         1.0,
@@ -376,7 +475,10 @@ fn no_increment_creates_energy() {
         5.108671231497755e-5,
     ];
     point.state[..start.len()].copy_from_slice(&start);
-    let response = point.step([-0.0006853674725864118, -0.0013779566565478212], 3536.016448178056);
+    let response = point.step(
+        [-0.0006853674725864118, -0.0013779566565478212],
+        3536.016448178056,
+    );
     // chi = 1: the only element sticks.
     let scale = point.state[2] * 0.0016;
     assert_abs_diff_eq!(response.dissipated / scale, 0.0, epsilon = 1e-14);

@@ -6,7 +6,9 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use mepc::{Kind, Law, Matrix, Vector, default_state_size, state};
 use mepc_oracle::Backbone;
 use mepc_oracle::masing::Masing;
-use support::{HEADER, Point, consistent, decades, segalman, signed, state_size, turned, unit, with};
+use support::{
+    HEADER, Point, consistent, decades, segalman, signed, state_size, turned, unit, with,
+};
 
 /// Both backbones, both rules.
 fn laws() -> Vec<Vec<f64>> {
@@ -51,7 +53,9 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
 fn layout() {
     let names = |ndir: usize, nstate: usize| -> Vec<String> {
         let layout = state::Layout::new(ndir, nstate).expect("a layout");
-        (0..nstate).map(|slot| layout.slot_name(slot).expect("a name")).collect()
+        (0..nstate)
+            .map(|slot| layout.slot_name(slot).expect("a name"))
+            .collect()
     };
     let header = [
         "ContactStatus",
@@ -68,12 +72,26 @@ fn layout() {
         "Layout",
     ];
     assert_eq!(names(1, 21)[..12], header);
-    assert_eq!(names(1, 21)[12..], ["Knot1_R", "Knot1_u1", "Knot2_R", "Knot2_u1", "Knot3_R", "Knot3_u1", "Knot4_R", "Knot4_u1", "Unused1"]);
-    assert_eq!(names(2, 24)[12..18], ["Knot1_R", "Knot1_u1", "Knot1_u2", "Knot2_R", "Knot2_u1", "Knot2_u2"]);
+    assert_eq!(
+        names(1, 21)[12..],
+        [
+            "Knot1_R", "Knot1_u1", "Knot2_R", "Knot2_u1", "Knot3_R", "Knot3_u1", "Knot4_R",
+            "Knot4_u1", "Unused1"
+        ]
+    );
+    assert_eq!(
+        names(2, 24)[12..18],
+        [
+            "Knot1_R", "Knot1_u1", "Knot1_u2", "Knot2_R", "Knot2_u1", "Knot2_u2"
+        ]
+    );
     assert_eq!(default_state_size(&unit(2.5), 1).expect("a size"), 44);
     assert_eq!(default_state_size(&unit(2.5), 2).expect("a size"), 84);
     assert!(Law::<1>::new(&unit(2.5), 20).is_ok() && Law::<2>::new(&unit(2.5), 24).is_ok());
-    for error in [Law::<1>::new(&unit(2.5), 19).err(), Law::<2>::new(&unit(2.5), 23).err()] {
+    for error in [
+        Law::<1>::new(&unit(2.5), 19).err(),
+        Law::<2>::new(&unit(2.5), 23).err(),
+    ] {
         assert_eq!(error.expect("too short").kind, Kind::BadState);
     }
     // Beyond 64 knots nothing is used.
@@ -96,8 +114,20 @@ fn what_a_state_holds() {
             dissipated += response.dissipated;
             let s = &point.state;
             let cohesion = props.get(11).copied().unwrap_or(0.0);
-            let limit = if pressure > 0.0 { cohesion + pressure } else { 0.0 };
-            assert_eq!(s[..4], [f64::from(response.contact as u8), pressure, limit, response.stored]);
+            let limit = if pressure > 0.0 {
+                cohesion + pressure
+            } else {
+                0.0
+            };
+            assert_eq!(
+                s[..4],
+                [
+                    f64::from(response.contact as u8),
+                    pressure,
+                    limit,
+                    response.stored
+                ]
+            );
             assert_relative_eq!(s[4], dissipated, max_relative = 1e-12);
             if pressure > 0.0 {
                 length += Vector::from(slip).norm();
@@ -110,10 +140,19 @@ fn what_a_state_holds() {
             assert_eq!(count > 0, pressure > 0.0);
             let knots: Vec<&[f64]> = s[HEADER..].chunks_exact(1 + N).take(count).collect();
             assert!(knots.windows(2).all(|pair| pair[0][0] < pair[1][0]));
-            assert!(knots.iter().all(|knot| knot[1..].iter().map(|u| u * u).sum::<f64>().sqrt() <= knot[0] * (1.0 + 1e-12)));
+            assert!(
+                knots
+                    .iter()
+                    .all(|knot| knot[1..].iter().map(|u| u * u).sum::<f64>().sqrt()
+                        <= knot[0] * (1.0 + 1e-12))
+            );
             assert!(s[HEADER + count * (1 + N)..].iter().all(|x| *x == 0.0));
             if let Some(last) = knots.last() {
-                let chi = if props.get(4) == Some(&1.0) { props[2] } else { f64::INFINITY };
+                let chi = if props.get(4) == Some(&1.0) {
+                    props[2]
+                } else {
+                    f64::INFINITY
+                };
                 let critical = (limit / (1.0 + cohesion)).powf(1.0 / chi);
                 assert_relative_eq!(last[0], critical, max_relative = 1e-12);
             }
@@ -137,10 +176,17 @@ fn a_zero_increment_changes_no_bit() {
             let (response, end) = point.trial([0.0; N], pressure);
             assert_eq!(bits(&end), bits(&point.state));
             assert_eq!(response.dissipated, 0.0);
-            assert_eq!((response.contact, response.stored), (before.contact, before.stored));
+            assert_eq!(
+                (response.contact, response.stored),
+                (before.contact, before.stored)
+            );
             assert!(!response.memory_full);
             // The state is what counts; the traction is summed from it anew. What a full memory gave up is in it.
-            let allowed = if N == 2 || point.state[10] as usize == (nstate - HEADER) / (1 + N) { 0.5 } else { 1e-14 };
+            let allowed = if N == 2 || point.state[10] as usize == (nstate - HEADER) / (1 + N) {
+                0.5
+            } else {
+                1e-14
+            };
             assert!((response.traction - before.traction).norm() <= allowed * pressure.max(1.0));
         }
         assert!(full > 0 || nstate > state_size(N, 4) || props[2] == 1.0);
@@ -170,7 +216,10 @@ fn repeated_rejected_and_restored_steps_are_bit_identical() {
             }
             // Stop and restart from text with 17 digits, with a law made anew.
             let text: Vec<String> = tried.state.iter().map(|x| format!("{x:.16e}")).collect();
-            tried.state = text.iter().map(|word| word.parse().expect("a number")).collect();
+            tried.state = text
+                .iter()
+                .map(|word| word.parse().expect("a number"))
+                .collect();
             tried.law = Law::new(props, nstate).expect("good properties");
             assert_eq!(tried.step(slip_increment, pressure), expected);
             assert_eq!(bits(&tried.state), bits(&straight.state));
@@ -191,7 +240,11 @@ fn few_digits_are_taken() {
         let mut random = fastrand::Rng::with_seed(402);
         let mut pressure: f64 = 1.0;
         for k in 0..400 {
-            let d: [f64; N] = if k % 3 == 0 { [0.0; N] } else { std::array::from_fn(|_| 0.4 * signed(&mut random)) };
+            let d: [f64; N] = if k % 3 == 0 {
+                [0.0; N]
+            } else {
+                std::array::from_fn(|_| 0.4 * signed(&mut random))
+            };
             pressure = (pressure * (1.0 + 0.1 * signed(&mut random))).clamp(0.5, 2.0);
             let (a, b) = (exact.step(d, pressure), stored.step(d, pressure));
             stored.state.iter_mut().for_each(|x| *x = few(*x));
@@ -201,12 +254,18 @@ fn few_digits_are_taken() {
     let mut worst = [0.0f64; 2];
     let seven = |x: f64| -> f64 { format!("{x:.6e}").parse().expect("a number") };
     for props in laws() {
-        for (worst, few) in worst.iter_mut().zip([&(|x: f64| f64::from(x as f32)) as &dyn Fn(f64) -> f64, &seven]) {
+        for (worst, few) in worst.iter_mut().zip([
+            &(|x: f64| f64::from(x as f32)) as &dyn Fn(f64) -> f64,
+            &seven,
+        ]) {
             check::<1>(&props, few, worst);
             check::<2>(&props, few, worst);
         }
     }
-    println!("single precision {:.1e}, seven digits {:.1e}", worst[0], worst[1]);
+    println!(
+        "single precision {:.1e}, seven digits {:.1e}",
+        worst[0], worst[1]
+    );
     assert!(worst[0] < 3e-3 && worst[1] < 3e-3);
 }
 
@@ -227,10 +286,20 @@ fn refusal<const N: usize>(point: &Point<N>, state: &[f64], what: &str) -> Strin
     let mut end = vec![-77.0; state.len()];
     let error = point
         .law
-        .friction(point.gcr, &Vector::from([0.1; N]), 1.0, 1.0, state, &mut end)
+        .friction(
+            point.gcr,
+            &Vector::from([0.1; N]),
+            1.0,
+            1.0,
+            state,
+            &mut end,
+        )
         .expect_err(what);
     assert_eq!(error.kind, Kind::BadState, "{what}: {error}");
-    assert!(end.iter().all(|x| *x == -77.0), "{what}: state1 was written");
+    assert!(
+        end.iter().all(|x| *x == -77.0),
+        "{what}: state1 was written"
+    );
     error.to_string()
 }
 
@@ -255,7 +324,13 @@ fn corrupt_states_are_refused_and_nothing_is_written() {
         for status in [-1.0, 4.0, 0.5] {
             refused("unknown contact status", 0, status);
         }
-        for (slot, what) in [(1, "pressure"), (2, "limit"), (3, "stored energy"), (5, "slip length"), (9, "forgotten")] {
+        for (slot, what) in [
+            (1, "pressure"),
+            (2, "limit"),
+            (3, "stored energy"),
+            (5, "slip length"),
+            (9, "forgotten"),
+        ] {
             refused(what, slot, -1e-3);
         }
         // Found by fuzzing.
@@ -277,7 +352,8 @@ fn corrupt_states_are_refused_and_nothing_is_written() {
     }
     // One direction: the curve rises no faster than the cone.
     let mut point = used_state::<1>(&unit(2.5));
-    point.state[HEADER + 3] = point.state[HEADER + 1] + 1.01 * (point.state[HEADER + 2] - point.state[HEADER]);
+    point.state[HEADER + 3] =
+        point.state[HEADER + 1] + 1.01 * (point.state[HEADER + 2] - point.state[HEADER]);
     assert!(point.state[HEADER + 3].abs() < point.state[HEADER + 2]);
     assert!(refusal(&point, &point.state, "too steep").contains("Knot2_u1"));
 }
@@ -288,7 +364,10 @@ fn averaged_and_foreign_states_are_refused_with_words() {
     let point = used_state::<2>(&unit(2.5));
     let mut averaged: Vec<f64> = point.state.iter().map(|x| 0.5 * x).collect();
     let text = refusal(&point, &averaged, "half a virgin state");
-    assert!(text.contains("Layout") && text.contains("averaged"), "{text}");
+    assert!(
+        text.contains("Layout") && text.contains("averaged"),
+        "{text}"
+    );
     // Two used states with other numbers of knots.
     let mut other = Point::<2>::new(&unit(2.5));
     other.move_to([0.3, 0.0], 1.0);
@@ -307,7 +386,19 @@ fn averaged_and_foreign_states_are_refused_with_words() {
     refusal(&point, &foreign, "foreign");
     // All zeros is the virgin state.
     let mut end = vec![0.0; 84];
-    assert!(point.law.friction(1.0, &Vector::from([0.1, 0.0]), 1.0, 1.0, &[0.0; 84], &mut end).is_ok());
+    assert!(
+        point
+            .law
+            .friction(
+                1.0,
+                &Vector::from([0.1, 0.0]),
+                1.0,
+                1.0,
+                &[0.0; 84],
+                &mut end
+            )
+            .is_ok()
+    );
     assert_eq!(end[11], 2.0);
 }
 
@@ -319,7 +410,11 @@ fn rotation_turns_every_vector_of_a_state_and_nothing_else() {
     let before = point.state.clone();
     let angle = 2.1;
     let (sin, cos) = f64::sin_cos(angle);
-    state::rotate(point.law.layout(), &[[cos, -sin], [sin, cos]], &mut point.state);
+    state::rotate(
+        point.law.layout(),
+        &[[cos, -sin], [sin, cos]],
+        &mut point.state,
+    );
     for slot in 0..before.len() {
         let name = point.law.layout().slot_name(slot).expect("a slot");
         if name == "TangentialJump1" || name.ends_with("_u1") {
@@ -336,14 +431,20 @@ fn rotation_turns_every_vector_of_a_state_and_nothing_else() {
 fn a_rotated_memory_goes_on_as_if_everything_had_been_rotated() {
     let angle = 0.7;
     let (sin, cos) = f64::sin_cos(angle);
-    let q = Matrix::from_columns(&[turned([1.0, 0.0], angle), turned([0.0, 1.0], angle)].map(Vector::from));
+    let q = Matrix::from_columns(
+        &[turned([1.0, 0.0], angle), turned([0.0, 1.0], angle)].map(Vector::from),
+    );
     for props in laws() {
         let mut plain = Point::<2>::new(&props);
         let mut turning = Point::<2>::new(&props);
         for (k, (slip, pressure)) in steps::<2>(102, 60).into_iter().enumerate() {
             let a = plain.step(slip, pressure);
             if k == 30 {
-                state::rotate(turning.law.layout(), &[[cos, -sin], [sin, cos]], &mut turning.state);
+                state::rotate(
+                    turning.law.layout(),
+                    &[[cos, -sin], [sin, cos]],
+                    &mut turning.state,
+                );
             }
             let b = turning.step(if k < 30 { slip } else { turned(slip, angle) }, pressure);
             let expected = if k < 30 { a.traction } else { q * a.traction };
@@ -370,7 +471,12 @@ fn opening_and_closing() {
             point.step(slip(&mut random), 0.0);
             assert_eq!(point.state[..4], [0.0; 4]);
             assert_eq!(point.state[4..6], [dissipated + stored, length]);
-            assert!(point.state[9..11].iter().chain(&point.state[12..]).all(|x| *x == 0.0));
+            assert!(
+                point.state[9..11]
+                    .iter()
+                    .chain(&point.state[12..])
+                    .all(|x| *x == 0.0)
+            );
             let (increment, pressure) = (slip(&mut random), decades(&mut random, -1.0, 1.0));
             let closed = point.step(increment, pressure);
             assert_eq!(closed, Point::<N>::new(props).step(increment, pressure));
@@ -386,7 +492,9 @@ fn opening_and_closing() {
 fn memory_full_is_reported_when_a_reversal_is_dropped() {
     let spiral = |knots: usize, turns: i32| -> Vec<bool> {
         let mut point = Point::<1>::with_state_size(&unit(2.5), state_size(1, knots));
-        (0..turns).map(|k| point.move_to([0.95 * (-0.8f64).powi(k)], 1.0).memory_full).collect()
+        (0..turns)
+            .map(|k| point.move_to([0.95 * (-0.8f64).powi(k)], 1.0).memory_full)
+            .collect()
     };
     // Ever smaller reversals: one knot each, and the end of the curve.
     for knots in [4, 9] {
@@ -469,16 +577,29 @@ fn zero_means_default() {
         }
     }
     // gcr = 0: fraction of the characteristic length, .005 where none is given.
-    for (props, gcr) in [(vec![0.3], 0.005), (vec![0.3, 0.0, 0.0, 0.0, 0.0, 0.004], 0.004)] {
+    for (props, gcr) in [
+        (vec![0.3], 0.005),
+        (vec![0.3, 0.0, 0.0, 0.0, 0.0, 0.004], 0.004),
+    ] {
         let law = Law::<1>::new(&props, 44).expect("good properties");
         assert_relative_eq!(law.critical_slip(1.0).expect("a length"), gcr);
-        assert_eq!(law.critical_slip(0.0).expect_err("no length").kind, Kind::BadProperty);
+        assert_eq!(
+            law.critical_slip(0.0).expect_err("no length").kind,
+            Kind::BadProperty
+        );
     }
     // mu = 0 is frictionless, but for cohesion.
-    assert_eq!(Point::<1>::new(&[0.0, 1.0]).step([3.0], 5.0).traction[0], 0.0);
+    assert_eq!(
+        Point::<1>::new(&[0.0, 1.0]).step([3.0], 5.0).traction[0],
+        0.0
+    );
     let mut sticky = vec![0.0; 12];
     (sticky[1], sticky[11]) = (1.0, 0.7);
-    assert_abs_diff_eq!(Point::<1>::new(&sticky).step([3.0], 5.0).traction[0], 0.7, epsilon = 1e-15);
+    assert_abs_diff_eq!(
+        Point::<1>::new(&sticky).step([3.0], 5.0).traction[0],
+        0.7,
+        epsilon = 1e-15
+    );
 }
 
 /// Refused properties name entry, value and range.
@@ -491,12 +612,22 @@ fn bad_properties_are_refused_with_words() {
     };
     let refused = |changes: &[(usize, f64)], named: &str| {
         let mut props = base.clone();
-        changes.iter().for_each(|&(number, value)| props[number - 1] = value);
+        changes
+            .iter()
+            .for_each(|&(number, value)| props[number - 1] = value);
         let error = Law::<2>::new(&props, 84).expect_err(named);
         assert_eq!(error.kind, Kind::BadProperty, "{changes:?}");
         assert!(error.to_string().contains(named), "{changes:?}: {error}");
     };
-    for (number, name) in [(1, "mu"), (2, "gcr"), (5, "reference_pressure"), (6, "fraction"), (7, "kn"), (12, "cohesion"), (13, "tau_max")] {
+    for (number, name) in [
+        (1, "mu"),
+        (2, "gcr"),
+        (5, "reference_pressure"),
+        (6, "fraction"),
+        (7, "kn"),
+        (12, "cohesion"),
+        (13, "tau_max"),
+    ] {
         refused(&[(number, -1.0)], name);
         refused(&[(number, f64::NAN)], name);
         refused(&[(number, f64::INFINITY)], name);

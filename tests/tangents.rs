@@ -57,7 +57,8 @@ fn first_loading_has_a_closed_form() {
                     let n = Vector::from(direction);
                     let along = n * n.transpose();
                     let f = -(chi * f64::ln_1p(-s)).exp_m1();
-                    let expected = along * (chi * (1.0 - s).powf(chi - 1.0)) + (Matrix::identity() - along) * (f / s);
+                    let expected = along * (chi * (1.0 - s).powf(chi - 1.0))
+                        + (Matrix::identity() - along) * (f / s);
                     assert_abs_diff_eq!(tangent, expected, epsilon = 1e-9);
                 }
             }
@@ -84,10 +85,16 @@ fn elements_that_move_along_their_limits_turn_together() {
             let n = Vector::from(n);
             assert_abs_diff_eq!(response.traction, n, epsilon = 1e-4);
             // No stiffness along the slip; across no more than the sticking one.
-            assert!((response.dtraction_dslip * n).norm() < 1e-4 * chi, "{across:e}");
+            assert!(
+                (response.dtraction_dslip * n).norm() < 1e-4 * chi,
+                "{across:e}"
+            );
             let m = Vector::from(turned([n[0], n[1]], std::f64::consts::FRAC_PI_2));
             let stiffness = m.dot(&(response.dtraction_dslip * m));
-            assert!(stiffness > 0.5 && stiffness < chi * (1.0 + 1e-9), "{across:e}: {stiffness}");
+            assert!(
+                stiffness > 0.5 && stiffness < chi * (1.0 + 1e-9),
+                "{across:e}: {stiffness}"
+            );
         }
     }
 }
@@ -96,19 +103,31 @@ fn elements_that_move_along_their_limits_turn_together() {
 #[test]
 fn at_rest_the_rising_side() {
     for props in [consistent(&unit(1.5)), consistent(&unit(2.5))] {
-        for path in [vec![[0.5, 0.0]], vec![[0.5, 0.1], [-0.3, 0.2]], vec![[4.0, 3.0], [-0.1, 0.2]]] {
+        for path in [
+            vec![[0.5, 0.0]],
+            vec![[0.5, 0.1], [-0.3, 0.2]],
+            vec![[4.0, 3.0], [-0.1, 0.2]],
+        ] {
             let mut point = Point::<2>::new(&props);
             for d in path {
                 point.step(d, 1.0);
             }
             let rest = point.trial([0.0; 2], 1.0).0;
             let up = point.trial([0.0; 2], 1.0 + 1e-6).0;
-            assert_abs_diff_eq!((up.traction - rest.traction) / 1e-6, rest.dtraction_dpressure, epsilon = 1e-8);
+            assert_abs_diff_eq!(
+                (up.traction - rest.traction) / 1e-6,
+                rest.dtraction_dpressure,
+                epsilon = 1e-8
+            );
             assert_eq!(rest.dtraction_dpressure.norm(), 0.0);
             // A slip, however small, makes the stiffness that of the branch.
             let tiny = point.trial([-1e-12, 0.0], 1.0).0.dtraction_dslip;
             let along = tiny * Vector::from([-1.0, 0.0]);
-            assert_abs_diff_eq!(along, rest.dtraction_dslip * Vector::from([-1.0, 0.0]), epsilon = 0.6 * props[2]);
+            assert_abs_diff_eq!(
+                along,
+                rest.dtraction_dslip * Vector::from([-1.0, 0.0]),
+                epsilon = 0.6 * props[2]
+            );
         }
     }
 }
@@ -139,7 +158,11 @@ fn pressure_tangent_in_one_direction() {
     assert!(gross > 50);
     // The cap: no derivative at it and beyond.
     let point = Point::<1>::new(&with(&consistent(&unit(2.5)), 13, 2.0));
-    assert_abs_diff_eq!(point.trial([3.0], 1.9).0.dtraction_dpressure[0], 1.0, epsilon = 1e-15);
+    assert_abs_diff_eq!(
+        point.trial([3.0], 1.9).0.dtraction_dpressure[0],
+        1.0,
+        epsilon = 1e-15
+    );
     for p in [2.0, 5.0] {
         assert_eq!(point.trial([3.0], p).0.dtraction_dpressure[0], 0.0);
     }

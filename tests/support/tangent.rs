@@ -21,14 +21,24 @@ pub struct TangentCheck {
 
 impl TangentCheck {
     /// A random walk with both derivatives compared at every step, with a state of this size.
-    pub fn walk<const N: usize>(&mut self, props: &[f64], nstate: usize, random: &mut fastrand::Rng, steps: u32) {
+    pub fn walk<const N: usize>(
+        &mut self,
+        props: &[f64],
+        nstate: usize,
+        random: &mut fastrand::Rng,
+        steps: u32,
+    ) {
         let mut point = Point::<N>::with_state_size(props, nstate);
         let mut pressure = 1.0;
         for _ in 0..steps {
             let length = decades(random, -2.5, 0.3);
             let direction: [f64; N] = std::array::from_fn(|_| signed(random));
             let slip: [f64; N] = (Vector::from(direction).normalize() * length).into();
-            let next = if random.bool() { pressure } else { decades(random, -0.5, 0.5) };
+            let next = if random.bool() {
+                pressure
+            } else {
+                decades(random, -0.5, 0.5)
+            };
             self.slip_tangent(&point, slip, next);
             if next != pressure {
                 self.pressure_tangent(&point, slip, next);
@@ -53,7 +63,9 @@ impl TangentCheck {
     /// d traction / d slip, each column by itself; relative to the tangent, or to a tenth of the sticking one where it is small.
     fn slip_tangent<const N: usize>(&mut self, point: &Point<N>, slip: [f64; N], p: f64) {
         let tangent = point.trial(slip, p).0.dtraction_dslip;
-        let scale = tangent.norm().max(0.1 * point.law.sticking_stiffness(point.gcr, p));
+        let scale = tangent
+            .norm()
+            .max(0.1 * point.law.sticking_stiffness(point.gcr, p));
         for j in 0..N {
             // Rounding asks for long steps, fronts that come and go for short ones.
             let errors = [1e-4, 1e-5, 1e-6].map(|part| {
@@ -64,7 +76,8 @@ impl TangentCheck {
                     point.trial(moved, p).0.traction
                 };
                 // Fourth order.
-                let difference = ((at(h) - at(-h)) * 8.0 - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+                let difference =
+                    ((at(h) - at(-h)) * 8.0 - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
                 (tangent.column(j) - difference).norm() / scale
             });
             self.count(errors, true);
