@@ -78,11 +78,6 @@
 #define MEPC_CONTACT_GROSS_SLIP 3
 
 /*
- Status: there is a result, but the model does not describe the loop: outputs are written, mepc_last_error says why.
- */
-#define MEPC_NOT_DESCRIBED 2
-
-/*
  A contact law: properties checked once, and everything that follows from them.
 
  Made by mepc_law_new, released by mepc_law_free. Immutable: any number of threads may use one law at once.
