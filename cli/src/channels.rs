@@ -77,6 +77,16 @@ pub struct Channels {
 }
 
 impl Columns {
+    /// Unit of the displacement, where an option says it.
+    pub fn displacement_unit(&self) -> Option<Length> {
+        self.displacement_unit
+    }
+
+    /// Unit of the force, likewise.
+    pub fn force_unit(&self) -> Option<Force> {
+        self.force_unit
+    }
+
     /// Reads displacement and force.
     ///
     /// # Errors
@@ -169,15 +179,10 @@ impl Channels {
     ///
     /// # Errors
     /// No loop in the data.
-    pub fn record(&self) -> Result<Record> {
-        Record::new(&self.displacement, &self.force).map_err(|error| {
-            anyhow!(
-                "{}, {} rows: {}",
-                self.place,
-                self.force.len(),
-                crate::sentence(&error)
-            )
-        })
+    pub fn record(self) -> Result<Record> {
+        let rows = self.force.len();
+        Record::from_vectors(self.displacement, self.force)
+            .map_err(|error| anyhow!("{}, {rows} rows: {}", self.place, crate::sentence(&error)))
     }
 }
 

@@ -8,7 +8,6 @@ use crate::table::csv_line;
 use crate::{Outcome, check_outputs, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
-use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Properties, Vector, default_state_size};
 use mepc_plot::{BLUE, Curve, Figure, ORANGE, Stroke};
@@ -231,10 +230,7 @@ impl Model {
                 };
                 let unit = limit * critical;
                 let a = largest_slip / critical;
-                let loss = match properties.backbone() {
-                    Choice::PowerLaw(curve) => curve.cycle_loss(a),
-                    Choice::Segalman(curve) => curve.cycle_loss(a),
-                };
+                let loss = properties.backbone().cycle_loss(a);
                 Ok(Cycle {
                     amplitude,
                     points: loop_points,

@@ -127,4 +127,13 @@ impl Choice {
             Choice::Segalman(curve) => curve.initial_slope(),
         }
     }
+
+    /// A quarter of the energy that a closed cycle of amplitude a dissipates, see [`Backbone::cycle_loss`].
+    pub fn cycle_loss(&self, a: f64) -> f64 {
+        match self {
+            Choice::FiveHalves(curve) => curve.cycle_loss(a),
+            Choice::PowerLaw(curve) => curve.cycle_loss(a),
+            Choice::Segalman(curve) => curve.cycle_loss(a),
+        }
+    }
 }

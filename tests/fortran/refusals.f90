@@ -18,17 +18,17 @@ program refusals
     call refused_interface('FEW', good, 20_int32, identity, good(7), stick)
     bad = good
     bad(7) = 0
-    call refused_interface('NO-KN', bad, 64_int32, identity, 0.0_real64, stick)
+    call refused_interface('NO-KN', bad, 84_int32, identity, 0.0_real64, stick)
     bad = good
     bad(1) = -1
-    call refused_interface('NO-LAW', bad, 64_int32, identity, 0.0_real64, 0.0_real64)
-    call refused_interface('MIRROR', good, 64_int32, mirror, good(7), stick)
+    call refused_interface('NO-LAW', bad, 84_int32, identity, 0.0_real64, 0.0_real64)
+    call refused_interface('MIRROR', good, 84_int32, mirror, good(7), stick)
     nan = ieee_value(nan, ieee_quiet_nan)
-    call refused_interface('NOT-A-NUMBER', good, 64_int32, identity, good(7), stick, [1e-3_real64, 1e-4_real64, 0.0_real64], &
+    call refused_interface('NOT-A-NUMBER', good, 84_int32, identity, good(7), stick, [1e-3_real64, 1e-4_real64, 0.0_real64], &
         [0.0_real64, nan, 0.0_real64])
-    call refused_interface('TOO-LONG', good, 64_int32, identity, good(7), stick, [1e-3_real64, 1e-4_real64, 0.0_real64], &
+    call refused_interface('TOO-LONG', good, 84_int32, identity, good(7), stick, [1e-3_real64, 1e-4_real64, 0.0_real64], &
         [0.0_real64, 0.0_real64, 1e200_real64])
-    call refused_interface('TOO-DEEP', good, 64_int32, identity, good(7), stick, [1e308_real64, 0.0_real64, 0.0_real64], &
+    call refused_interface('TOO-DEEP', good, 84_int32, identity, good(7), stick, [1e308_real64, 0.0_real64, 0.0_real64], &
         none(:3))
     call turned_interface()
     call unpaired_interface()
@@ -56,8 +56,8 @@ contains
         ddsddr = untouched
         sfd = untouched
         zero = spoiled(3_int32)
-        call uinter(stress, ddsddr, zero%amki, zero%amski, flux, zero%ddfddt, zero%ddsddt, zero%ddfddr, statev, sed, sfd, &
-            zero%spd, zero%svd, zero%scd, pnewdt, rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), &
+        call uinter(stress, ddsddr, zero%dviscous, zero%dstructural, flux, zero%ddfddt, zero%ddsddt, zero%ddfddr, statev, &
+            sed, sfd, zero%spd, zero%svd, zero%scd, pnewdt, rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), &
             1.0_real64, 0.0_real64, interaction, other, other, props, none(:3), none(:9), drot, 1.0_real64, 0.0_real64, &
             7_int32, 3_int32, nstate, 1_int32, int(size(props), int32), 3_int32, 2_int32, 5_int32, 1_int32, 0_int32, &
             lopenclose, lstate, lsdi, 0_int32)
@@ -70,7 +70,7 @@ contains
         real(real64), intent(in) :: props(:), drot(2, 2), normal, tangential
         real(real64), intent(in), optional :: rdisp(3), drdisp(3)
         integer(int32), intent(in) :: nstate
-        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd, expected(3, 3), total(3), increment(3)
+        real(real64) :: stress(3), statev(84), ddsddr(3, 3), pnewdt, sfd, expected(3, 3), total(3), increment(3)
         integer(int32) :: lopenclose
 
         total = [1e-3_real64, 1e-4_real64, 0.0_real64]
@@ -94,69 +94,69 @@ contains
     !> The slip directions turn by a right angle: the remembered traction turns with them, also in a state that is longer
     !> than what is used of it.
     subroutine turned_interface()
-        real(real64) :: stress(3), statev(66), ddsddr(3, 3), pnewdt, sfd, slip(3), first(3)
+        real(real64) :: stress(3), statev(86), ddsddr(3, 3), pnewdt, sfd, slip(3), first(3)
         integer(int32) :: lopenclose
 
         statev = 0
         pnewdt = 1
         lopenclose = 0
         slip = [1e-3_real64, 1e-3_real64, 2e-4_real64]
-        call call_uinter('BOLT', good, 66_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call call_uinter('BOLT', good, 86_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
         first = stress
         call expect(first(1) == 100 .and. first(2) > 0 .and. first(3) > 0 .and. lopenclose == 1, 'signs of UINTER')
         call expect(ddsddr(1, 1) == good(7) .and. ddsddr(1, 2) == 0 .and. ddsddr(2, 1) > 0, 'signs of DDSDDR')
-        call call_uinter('BOLT', good, 66_int32, slip, none(:3), turned, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call call_uinter('BOLT', good, 86_int32, slip, none(:3), turned, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
         call expect(norm2(stress - [first(1), -first(3), first(2)]) < 1e-12_real64 * first(1), 'the traction turns')
-        call expect(norm2(statev(6:7) - [-slip(3), slip(2)]) < 1e-15_real64, 'the jump turns')
+        call expect(norm2(statev(8:9) - [-slip(3), slip(2)]) < 1e-15_real64, 'the jump turns')
         call expect(pnewdt == 1, 'no cutback')
     end subroutine
 
     !> A point without a partner is open, and what it held is dissipated.
     subroutine unpaired_interface()
-        real(real64) :: stress(3), statev(64), ddsddr(3, 3), pnewdt, sfd, slip(3), stored
+        real(real64) :: stress(3), statev(84), ddsddr(3, 3), pnewdt, sfd, slip(3), stored
         integer(int32) :: lopenclose
 
         statev = 0
         pnewdt = 1
         lopenclose = -1
         slip = [1e-3_real64, 1e-3_real64, 2e-4_real64]
-        call call_uinter('BOLT', good, 64_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
-        stored = statev(3)
+        call call_uinter('BOLT', good, 84_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        stored = statev(4)
         slip = [-1e36_real64, 1e36_real64, -1e36_real64]
-        call call_uinter('BOLT', good, 64_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
+        call call_uinter('BOLT', good, 84_int32, slip, slip, identity, stress, statev, ddsddr, pnewdt, sfd, lopenclose)
         call expect(all(stress == 0) .and. all(ddsddr == 0) .and. lopenclose == 0, 'an open point')
-        call expect(stored > 0 .and. sfd == stored .and. statev(3) == 0 .and. pnewdt == 1, 'energy of an open point')
-        call expect(abs(statev(6) - 1e-3_real64) < 1e-15_real64, 'the jump of an unpaired point')
+        call expect(stored > 0 .and. sfd == stored .and. statev(4) == 0 .and. pnewdt == 1, 'energy of an open point')
+        call expect(abs(statev(8) - 1e-3_real64) < 1e-15_real64, 'the jump of an unpaired point')
     end subroutine
 
     !> Two contacts, of which the second names a node that is not there; then a state that is too short.
     subroutine refused_pairs()
-        real(real64) :: force(2, 2), statev(64, 2), along(3, 2), slip(3, 2)
+        real(real64) :: force(2, 2), statev(84, 2), along(3, 2), slip(3, 2)
 
         along = spread([1.0_real64, 0.0_real64, 0.0_real64], 2, 2)
         slip = 1e-3_real64 * along
         statev = 0
-        call call_vfric('NODE', [2_int32, 3_int32], 64_int32, slip, along, force, statev)
+        call call_vfric('NODE', [2_int32, 3_int32], 84_int32, slip, along, force, statev)
         call expect(force(1, 1) < -1 .and. abs(force(2, 1)) < 1e-9_real64, 'friction against the slip')
         call expect(all(force(:, 2) == 0), 'a contact without a node is frictionless')
         call expect(all(statev(:, 1) == 0) .and. statev(1, 2) > 0, 'the state of the node in contact')
-        call call_vfric('SHORT', [1_int32, 2_int32], 30_int32, slip, along, force, statev)
+        call call_vfric('SHORT', [1_int32, 2_int32], 23_int32, slip, along, force, statev)
         call expect(all(force == 0), 'no state, no friction')
         along(:, 1) = 0
-        call call_vfric('NOWHERE', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        call call_vfric('NOWHERE', [1_int32, 2_int32], 84_int32, slip, along, force, statev)
         call expect(all(force(:, 1) == 0) .and. force(1, 2) < -1, 'slip without a direction')
         ! Without slip its direction may be anything.
         slip = 0
         along(:, 1) = nan
         along(:, 2) = 1e200_real64
         force = untouched
-        call call_vfric('STILL', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        call call_vfric('STILL', [1_int32, 2_int32], 84_int32, slip, along, force, statev)
         call expect(all(force == 0), 'no slip, no direction')
         slip(3, 1) = nan
-        call call_vfric('NOT-A-NUMBER', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
-        statev(9, 2) = nan
+        call call_vfric('NOT-A-NUMBER', [1_int32, 2_int32], 84_int32, slip, along, force, statev)
+        statev(10, 2) = nan
         slip = 0
-        call call_vfric('STATE', [1_int32, 2_int32], 64_int32, slip, along, force, statev)
+        call call_vfric('STATE', [1_int32, 2_int32], 84_int32, slip, along, force, statev)
         call expect(all(force == 0), 'no number, no friction')
     end subroutine
 
@@ -164,7 +164,7 @@ contains
         character(*), intent(in) :: name
         integer(int32), intent(in) :: slave(2), nstate
         real(real64), intent(in) :: slip(3, 2), along(3, 2)
-        real(real64), intent(inout) :: force(2, 2), statev(64, 2)
+        real(real64), intent(inout) :: force(2, 2), statev(84, 2)
         real(real64) :: f_normal(2), normal(3, 2)
         character(80) :: interaction
 
@@ -182,13 +182,13 @@ contains
     subroutine refused_block(interaction, no_area)
         character(80), intent(in) :: interaction
         real(real64), intent(in) :: no_area
-        real(real64) :: force(1, 2), state(25, 1, 2), normal(2, 2), along(2, 2), slip(2, 2)
+        real(real64) :: force(1, 2), state(44, 1, 2), normal(2, 2), along(2, 2), slip(2, 2)
 
         normal = spread([0.0_real64, 1.0_real64], 2, 2)
         along = spread([1.0_real64, 0.0_real64], 2, 2)
         slip = 1e-3_real64 * along
         state = 0
-        call vfriction(force, state, 2_int32, 2_int32, 2_int32, 1_int32, 1_int32, 1_int32, 1_int32, 2_int32, 25_int32, &
+        call vfriction(force, state, 2_int32, 2_int32, 2_int32, 1_int32, 1_int32, 1_int32, 1_int32, 2_int32, 44_int32, &
             7_int32, 0_int32, 0_int32, [3_int32, 4_int32, 1_int32], none(:4), interaction, other, other, [21_int32, 22_int32], &
             [31_int32, 32_int32], good, slip, none, none, [200.0_real64, 200.0_real64], [no_area, 2.0_real64], normal, &
             along, none, none, none, none, none, none, none, none, none, none)
