@@ -119,6 +119,7 @@ impl Cycle {
 }
 
 /// What makes loops.
+#[expect(clippy::large_enum_variant, reason = "one is made, and never moved")]
 enum Model {
     Joint(Iwan),
     Contact {
