@@ -557,7 +557,7 @@ fn replay_says_what_is_wrong() {
             &[],
             1,
             "--props: bad property: PROPS(2) gcr = 0.0 with a characteristic length of 0.0: a host without a \
-             characteristic length needs gcr > 0\n"
+             characteristic length needs gcr > 0 (otherwise gcr is fraction x characteristic length)\n"
                 .to_string(),
         ),
         (
