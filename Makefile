@@ -101,6 +101,7 @@ test: setup-checks build check ## everything is checked
 	$(MAKE) memcheck
 	$(MAKE) abaqus
 	$(MAKE) downstream
+	$(MAKE) docs
 
 .PHONY: check
 check: library ## formatting, lints, and drift of generated files
