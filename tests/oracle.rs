@@ -315,7 +315,6 @@ fn histories_with_memories_of_their_own() {
 
 /// A contact at rest sticks in every direction: d traction / d slip is T f'(0) / G, wherever it has been.
 #[test]
-#[ignore = "kernel: plane.rs gives the secant of the lowest segment"]
 fn at_rest_everything_sticks() {
     for props in [unit(2.5), consistent(&unit(1.5))] {
         let stiffness = props[2];
