@@ -113,7 +113,10 @@ pub struct End<const N: usize> {
 
 impl<const N: usize> End<N> {
     /// A place for the end of an increment.
-    #[expect(clippy::new_without_default, reason = "a place to write to is no value")]
+    #[expect(
+        clippy::new_without_default,
+        reason = "a place to write to is no value"
+    )]
     #[inline(always)]
     pub fn new() -> Self {
         End {
@@ -207,8 +210,8 @@ impl Layout {
             let expected = format!("must hold {} numbers", self.nstate);
             return Err(Error::about(Kind::BadState, "state0", expected).count(state.len()));
         };
-        // First one look at all of it; only where that finds something it is told what.
-        if !all_below(first, 1024) || first[11] != LAYOUT {
+        // First one look at all of it, by bits; only where that finds something it is told what.
+        if !all_below(first, 1024) || first[11].to_bits() != LAYOUT.to_bits() {
             return self.read_carefully(state, knots);
         }
         let [
@@ -229,12 +232,13 @@ impl Layout {
             usize::from(count as u8),
             Contact::ALL[usize::from(status as u8 & 3)],
         );
-        let counts =
-            number as f64 == count && number <= self.knots && (pressure != 0.0 || number == 0);
+        let counts = (number as f64).to_bits() == count.to_bits()
+            && number <= self.knots
+            && (pressure.to_bits() << 1 != 0 || number == 0);
         let signs = [pressure, limit, stored, slip_length, forgotten]
             .iter()
             .fold(0, |bits, value| bits | value.to_bits());
-        if !(counts && signs >> 63 == 0 && f64::from(contact as u8) == status) {
+        if !(counts && signs >> 63 == 0 && f64::from(contact as u8).to_bits() == status.to_bits()) {
             return self.read_carefully(state, knots);
         }
         *header = Header {
@@ -414,7 +418,11 @@ fn read_knots<const N: usize>(memory: &[f64], knots: &mut Knots<N>) -> bool {
         if N == 1 {
             let apart = (u[0] - below.u[0]).abs() - (r - below.r);
             good &= (apart <= TOLERANCE * r) & (u[0].abs() <= r * LONGER);
-            u[0] = if u[0].abs() > r { r.copysign(u[0]) } else { u[0] };
+            u[0] = if u[0].abs() > r {
+                r.copysign(u[0])
+            } else {
+                u[0]
+            };
         } else {
             let (square, limit) = (u[0] * u[0] + u[N - 1] * u[N - 1], r * r);
             good &= square <= limit * (LONGER * LONGER);

@@ -444,7 +444,6 @@ fn ten_million_random_updates() {
 /// Consistent rule: no increment dissipates less than rounding. The old apex of a contact whose limit rises by much leaves two
 /// places next to each other that have slipped differently.
 #[test]
-#[ignore = "kernel: D = -3.4e-5 T G, differences of F and L over a segment of 5e-17"]
 fn no_increment_creates_energy() {
     let props = [
         0.9544155901726464,

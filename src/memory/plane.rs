@@ -22,8 +22,10 @@ const OUTSIDE: f64 = 1.0 + 2e-12;
 const AT_LIMIT: f64 = 1.0 - 2e-14;
 /// Knots closer than this part of R are one.
 const SAME: f64 = 1e-12;
-/// A segment shorter than this part of G has the mean of its ends' f' for a secant: the quotient is rounding.
+/// On a segment shorter than this part of G, where f' changes so little that f is straight but for this, differences of the backbone
+/// are rounding.
 const SHORT: f64 = 1e-8;
+const BENT: f64 = 1e-15;
 /// How often a segment may be halved.
 const HALVINGS: usize = 9;
 /// Room for the trial curve: an apex, an old apex, and a full state.
@@ -130,7 +132,8 @@ pub fn step<B: Backbone>(
             scale
         };
         if top > 0.0 {
-            tolerance = (0.5 * increment.resolution * at.loss / top.max(f64::MIN_POSITIVE)).max(0.5 * increment.forgotten);
+            tolerance = (0.5 * increment.resolution * at.loss / top.max(f64::MIN_POSITIVE))
+                .max(0.5 * increment.forgotten);
             outcome.contact = Contact::of(gross, at.slope, initial_slope);
         }
     }
@@ -824,25 +827,30 @@ impl<'a, B: Backbone> Walk<'a, B> {
         let (mut secant, mut slope) = (b.at.slope, V::zeros());
         if width > 0.0 {
             let inverse = 1.0 / width;
-            let df = b.at.f - a.at.f;
-            secant = if width > SHORT * self.path.critical {
-                df * inverse
-            } else {
-                0.5 * (a.at.slope + b.at.slope)
-            };
+            let f = 0.5 * (a.at.f + b.at.f);
+            let mut df = b.at.f - a.at.f;
+            let mut loss = b.at.loss - a.at.loss;
+            // What F has more than by a straight f.
+            let mut bulge = b.at.integral - a.at.integral - f * width;
+            secant = df * inverse;
+            if width < SHORT * self.path.critical && (a.at.slope - b.at.slope) * width < BENT {
+                // Differences would be rounding: by f', f and L' = f - R f' in the middle.
+                secant = 0.5 * (a.at.slope + b.at.slope);
+                df = secant * width;
+                loss = (f - 0.5 * (a.r * a.at.slope + b.r * b.at.slope)) * width;
+                bulge = 0.0;
+            }
             slope = (b.u - a.u) * inverse;
-            let integral = b.at.integral - a.at.integral;
             self.outcome.traction += slope * df;
             self.outcome.stored +=
-                slope.dot(&(b.u * b.at.f - a.u * a.at.f)) - slope.norm_squared() * integral;
+                0.5 * slope.dot(&(a.u + b.u)) * df - slope.norm_squared() * bulge;
             if a.slip > 0.0 || b.slip > 0.0 {
                 let fall = (a.slip - b.slip) * inverse;
-                self.work += fall * (b.at.loss - a.at.loss);
+                self.work += fall * loss;
                 if self.path.growth != 0.0 {
                     let rise = (b.share - a.share) * inverse;
-                    self.shared += rise * (b.slip * b.at.f - a.slip * a.at.f)
-                        - fall * (b.share * b.at.f - a.share * a.at.f)
-                        + 2.0 * fall * rise * integral;
+                    self.shared +=
+                        secant * (b.slip * b.share - a.slip * a.share) + 2.0 * fall * rise * bulge;
                 }
             }
         }
