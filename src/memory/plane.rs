@@ -220,6 +220,9 @@ fn turns_back(first: &Knot<2>, d: &V) -> bool {
     V::from(first.u).dot(d) < 0.0 && on_cone(first)
 }
 
+/// The smallest limit, over that at the start, whose reciprocal is taken.
+const NEAR_APEX: f64 = 1e-30;
+
 /// The slip and growth of the increment, and the exact path of a slipping element under them.
 struct Path {
     d: V,
@@ -238,8 +241,11 @@ impl Path {
     fn new(increment: &Increment<2>) -> Self {
         let d = increment.slip;
         let length = d.norm();
+        // Not by zero in either case: compilers divide first, and some hosts trap that.
+        let whole = length + f64::from(u8::from(length == 0.0));
+        let (over, along) = (1.0 / whole, d / whole);
         let (inverse, e) = if length > 0.0 {
-            (1.0 / length, d / length)
+            (over, along)
         } else {
             (0.0, V::new(1.0, 0.0))
         };
@@ -311,7 +317,9 @@ impl Path {
         let r = (segment.r + part * segment.width).min(segment.r + segment.width);
         let v = segment.v + segment.rise * part;
         let length = v.norm();
-        let n = if length > 0.0 { v / length } else { self.e };
+        let whole = length + f64::from(u8::from(length == 0.0));
+        let along = v / whole;
+        let n = if length > 0.0 { along } else { self.e };
         // It moves along the curve: n.dv - dR = 0 there, with the slope m of the trial curve.
         let m = segment.rise / segment.width;
         let speed = 1.0 - n.dot(&m);
@@ -397,6 +405,8 @@ impl Path {
             (h, inverse) = direction(&(start + d * s), &e);
             r_h = before + s * growth;
         }
+        // An element that ends at the apex turns for ever; next to it, it is where it would be.
+        let r = r.max(NEAR_APEX * before);
         let slipping = 1.0 - s;
         let over_h = 1.0 / r_h;
         // al = int ds/R and int s ds/R^2 over the slip.
