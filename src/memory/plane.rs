@@ -406,7 +406,7 @@ impl Path {
             r_h = before + s * growth;
         }
         // An element that ends at the apex turns for ever; next to it, it is where it would be.
-        let r = r.max(NEAR_APEX * before);
+        let (r, r_h) = (r.max(NEAR_APEX * before), r_h.max(NEAR_APEX * before));
         let slipping = 1.0 - s;
         let over_h = 1.0 / r_h;
         // al = int ds/R and int s ds/R^2 over the slip.
