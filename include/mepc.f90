@@ -39,7 +39,7 @@ module mepc
     !> Statuses.
     integer(c_int32_t), parameter, public :: mepc_ok = 0
     integer(c_int32_t), parameter, public :: mepc_memory_full = 1        !< a remembered knot that mattered had to be dropped
-    integer(c_int32_t), parameter, public :: mepc_not_described = 2      !< mepc_iwan_identify: not a loop of this model
+    integer(c_int32_t), parameter, public :: mepc_not_described = 2      !< mepc_iwan_identify: the model does not describe the loop
     integer(c_int32_t), parameter, public :: mepc_null_pointer = -1
     integer(c_int32_t), parameter, public :: mepc_bad_property = -2
     integer(c_int32_t), parameter, public :: mepc_bad_state = -3         !< too short or damaged
@@ -221,10 +221,11 @@ module mepc
             integer(c_int32_t) :: status
         end function
 
-        !> The same parameters from a measured loop: n displacements and forces in the order of time, one or more cycles of
-        !> one amplitude, with noise. method: 0 least squares, 1 the paper's own procedure. A loop that does not show gross
-        !> slip is refused (mepc_bad_input).
-        function mepc_iwan_identify(n, displacement, force, method, params, standard_errors) result(status) &
+        !> The same parameters from a measured loop: n displacements and forces in the order of time, cycles of one or of
+        !> several amplitudes, with noise. method: 0 least squares, 1 the paper's own procedure. misfit: root mean square
+        !> residual over the force at the amplitude. A loop that does not show gross slip is refused (mepc_bad_input);
+        !> mepc_not_described: there are outputs, but the model does not describe the loop, mepc_last_error() tells why.
+        function mepc_iwan_identify(n, displacement, force, method, params, standard_errors, misfit) result(status) &
                 bind(c, name="mepc_iwan_identify")
             import :: c_int32_t, c_int64_t, c_double
             integer(c_int64_t), value :: n
@@ -233,6 +234,7 @@ module mepc
             integer(c_int32_t), value :: method
             real(c_double), intent(inout) :: params(4)
             real(c_double), intent(inout), optional :: standard_errors(4)
+            real(c_double), intent(inout), optional :: misfit
             integer(c_int32_t) :: status
         end function
     end interface

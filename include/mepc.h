@@ -104,8 +104,8 @@ const char *mepc_version(void);
 const char *mepc_status_message(int32_t status);
 
 /*
- This thread's last error in words: which argument, its value, what was expected. Never NULL, empty before the
- first error. The text is valid until this thread's next failing call.
+ This thread's last error in words: which argument, its value, what was expected; after MEPC_NOT_DESCRIBED why. Never NULL,
+ empty before the first error. The text is valid until this thread's next failing call.
  */
 const char *mepc_last_error(void);
 
@@ -323,15 +323,17 @@ int32_t mepc_iwan_force(const double *params,
 /*
  The four parameters of the improved Iwan model from a measured loop.
 
- displacement, force: [n] in the order of time, one or more cycles of one amplitude about any centre; reversals are found
- in the data, first loading is left out, noise is allowed.
+ displacement, force: [n] in the order of time, cycles of one or of several amplitudes about any centre; reversals are found
+ in the data, noise is allowed. A time lag between the two is found and taken out.
  method: 0 least squares over all branches at once, 1 the paper's own procedure (residual line, where the data leave it,
  exponent by logarithms: rougher).
- params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL.
+ params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL. misfit: root mean square residual
+ over the force at the amplitude, or NULL.
 
  A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT, as is one that turns the
  wrong way, or that only a friction of more than twice the measured forces would resemble (viscous damping).
- Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_INPUT (mepc_last_error tells what is wrong with the data).
+ Returns 0, MEPC_NOT_DESCRIBED (outputs are written, and must not be used without a look at the loop), or MEPC_NULL_POINTER,
+ MEPC_BAD_INPUT (nothing is written; mepc_last_error tells what is wrong with the data).
 
  Arrays are as long as described.
  */
@@ -340,7 +342,8 @@ int32_t mepc_iwan_identify(int64_t n,
                            const double *force,
                            int32_t method,
                            double *params,
-                           double *standard_errors);
+                           double *standard_errors,
+                           double *misfit);
 
 #ifdef __cplusplus
 }  /* extern "C" */

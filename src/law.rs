@@ -430,7 +430,7 @@ impl<const N: usize> Law<N> {
             return Err(not_a_result(pressure, slip_increment));
         }
         let length = slip_increment.norm();
-        if !(length * (1.0 / LONGEST) <= to) {
+        if length * (1.0 / LONGEST) > to {
             return Err(too_long(slip_increment, to));
         }
         // A slip whose square is none has no direction.
@@ -546,10 +546,11 @@ impl<const N: usize> Law<N> {
             };
             return (gcr, gcr, lost);
         };
-        let ratio = limit / old.limit.max(f64::MIN_POSITIVE);
+        // Bounded: what follows from a larger one is not used.
+        let ratio = limit / old.limit.max(LIMIT_LEFT * limit).max(f64::MIN_POSITIVE);
         let mut critical = before;
         if limit != old.limit {
-            critical = before * ratio.min(f64::MAX).powf(power);
+            critical = before * ratio.powf(power);
         }
         let (mut from, mut lost) = (before, 0.0);
         if before < CRITICAL_LEFT * critical || old.limit < LIMIT_LEFT * limit || before == 0.0 {

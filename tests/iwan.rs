@@ -499,8 +499,9 @@ mod c_interface {
     use mepc::ffi::iwan::{mepc_iwan_force, mepc_iwan_identify};
     use std::ptr::{null, null_mut};
 
-    fn identify(data: &(Vec<f64>, Vec<f64>), method: i32) -> (i32, [f64; 4], [f64; 4]) {
-        let (mut parameters, mut errors) = ([-1.0; 4], [-1.0; 4]);
+    /// Status, parameters, standard errors and misfit.
+    fn identify(data: &(Vec<f64>, Vec<f64>), method: i32) -> (i32, [f64; 4], [f64; 4], f64) {
+        let (mut parameters, mut errors, mut misfit) = ([-1.0; 4], [-1.0; 4], -1.0);
         // SAFETY: arrays of the documented sizes.
         let status = unsafe {
             mepc_iwan_identify(
@@ -510,9 +511,10 @@ mod c_interface {
                 method,
                 parameters.as_mut_ptr(),
                 errors.as_mut_ptr(),
+                &raw mut misfit,
             )
         };
-        (status, parameters, errors)
+        (status, parameters, errors, misfit)
     }
 
     #[test]
@@ -536,8 +538,9 @@ mod c_interface {
             assert!((f - exact).abs() < 1e-10, "{f} {exact}");
         }
         for (method, part) in [(0, 1e-3), (1, 0.15)] {
-            let (status, parameters, errors) = identify(&data, method);
+            let (status, parameters, errors, misfit) = identify(&data, method);
             assert_eq!(status, 0);
+            assert!((0.0..0.02).contains(&misfit), "{misfit}");
             for k in 0..4 {
                 assert!(
                     (parameters[k] / TRUTH[k] - 1.0).abs() < part,
@@ -560,6 +563,7 @@ mod c_interface {
                 0,
                 parameters.as_mut_ptr(),
                 null_mut(),
+                null_mut(),
             )
         };
         assert_eq!(status, 0);
@@ -581,9 +585,9 @@ mod c_interface {
             (&good, 2),
             (&good, -1),
         ] {
-            let (status, parameters, errors) = identify(data, method);
+            let (status, parameters, errors, misfit) = identify(data, method);
             assert_eq!(status, -4);
-            assert_eq!((parameters, errors), ([-1.0; 4], [-1.0; 4]));
+            assert_eq!((parameters, errors, misfit), ([-1.0; 4], [-1.0; 4], -1.0));
         }
         let n = good.0.len() as i64;
         let (x, f) = (good.0.as_ptr(), good.1.as_ptr());
@@ -591,10 +595,10 @@ mod c_interface {
         let o = out.as_mut_ptr();
         // SAFETY: null pointers are what is tested; the others are as long as said.
         unsafe {
-            assert_eq!(mepc_iwan_identify(n, null(), f, 0, o, null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(n, x, null(), 0, o, null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(n, x, f, 0, null_mut(), null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(-1, x, f, 0, o, null_mut()), -4);
+            assert_eq!(mepc_iwan_identify(n, null(), f, 0, o, null_mut(), null_mut()), -1);
+            assert_eq!(mepc_iwan_identify(n, x, null(), 0, o, null_mut(), null_mut()), -1);
+            assert_eq!(mepc_iwan_identify(n, x, f, 0, null_mut(), null_mut(), null_mut()), -1);
+            assert_eq!(mepc_iwan_identify(-1, x, f, 0, o, null_mut(), null_mut()), -4);
             let up = [1i8; 100];
             let b = up.as_ptr();
             let p = TRUTH.as_ptr();
@@ -632,14 +636,14 @@ const C_PROGRAM: &str = r#"
 int main(void)
 {
     const double joint[4] = {266.78, 0.0041, 3280.7, -0.842};
-    double x[400], force[400], found[4], errors[4];
+    double x[400], force[400], found[4], errors[4], misfit;
     int8_t branch[400];
     for (int i = 0; i < 400; ++i) {
         branch[i] = i < 200 ? 1 : -1;
         x[i] = branch[i] * 0.02 * (2.0 * (i % 200) / 199.0 - 1.0);
     }
     if (mepc_iwan_force(joint, 0.02, 400, x, branch, force) != 0 ||
-        mepc_iwan_identify(400, x, force, 0, found, errors) != 0) {
+        mepc_iwan_identify(400, x, force, 0, found, errors, &misfit) != 0) {
         fprintf(stderr, "%s\n", mepc_last_error());
         return 1;
     }
@@ -655,7 +659,7 @@ program joint
     implicit none
     real(c_double), parameter :: truth(4) = [266.78d0, 0.0041d0, 3280.7d0, -0.842d0]
     integer(c_int64_t), parameter :: n = 400
-    real(c_double) :: x(n), force(n), found(4), errors(4)
+    real(c_double) :: x(n), force(n), found(4), errors(4), misfit
     integer(c_int8_t) :: branch(n)
     integer :: i
 
@@ -665,7 +669,10 @@ program joint
         x(i + 1) = branch(i + 1) * 0.02d0 * (2d0 * mod(i, 200) / 199d0 - 1d0)
     end do
     if (mepc_iwan_force(truth, 0.02d0, n, x, branch, force) /= 0) error stop mepc_last_error()
-    if (mepc_iwan_identify(n, x, force, 0, found, errors) /= 0) error stop mepc_last_error()
+    if (mepc_iwan_identify(n, x, force, 0, found, errors, misfit) /= 0) error stop mepc_last_error()
+    force(301:) = force(301:) + 50d0
+    if (mepc_iwan_identify(n, x, force, 0, found, errors, misfit) /= mepc_not_described) error stop "not described"
+    force(301:) = force(301:) - 50d0
     if (mepc_iwan_identify(n, x, force, 0, found) /= 0) error stop "errors are optional"
     print "(4es24.16)", found
 end program

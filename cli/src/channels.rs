@@ -70,13 +70,21 @@ pub struct Channels {
     pub force: Vec<f64>,
     /// Units of the file.
     pub units: Units,
-    /// Rows without a number in one of the two, which are left out.
-    pub left_out: usize,
     /// FILE:LINE of the header and names of the columns, for messages.
     place: String,
 }
 
 impl Columns {
+    /// Unit of the displacement, where an option says it.
+    pub fn displacement_unit(&self) -> Option<Length> {
+        self.displacement_unit
+    }
+
+    /// Unit of the force, likewise.
+    pub fn force_unit(&self) -> Option<Force> {
+        self.force_unit
+    }
+
     /// Reads displacement and force.
     ///
     /// # Errors
@@ -143,9 +151,7 @@ impl Columns {
             force.name()
         );
         let place = format!("{place}: columns {}, {}", table.name(x), table.name(f));
-        let Rows {
-            columns, left_out, ..
-        } = table.read(&[x, f], Gaps::LeftOut, &remark)?;
+        let Rows { columns, .. } = table.read(&[x, f], Gaps::LeftOut, &remark)?;
         let mut columns = columns.into_iter();
         let mut next = |size: f64| {
             let mut values = columns.next().unwrap_or_default();
@@ -158,7 +164,6 @@ impl Columns {
             displacement: next(length.size()),
             force: next(force.size()),
             units: Units { length, force },
-            left_out,
             place,
         })
     }
@@ -169,15 +174,10 @@ impl Channels {
     ///
     /// # Errors
     /// No loop in the data.
-    pub fn record(&self) -> Result<Record> {
-        Record::new(&self.displacement, &self.force).map_err(|error| {
-            anyhow!(
-                "{}, {} rows: {}",
-                self.place,
-                self.force.len(),
-                crate::sentence(&error)
-            )
-        })
+    pub fn record(self) -> Result<Record> {
+        let rows = self.force.len();
+        Record::from_vectors(self.displacement, self.force)
+            .map_err(|error| anyhow!("{}, {rows} rows: {}", self.place, crate::sentence(&error)))
     }
 }
 
@@ -195,6 +195,16 @@ impl Units {
     /// N/mm as a number in force per length.
     pub fn stiffness(self, newtons_per_mm: f64) -> f64 {
         newtons_per_mm * self.length.size() / self.force.size()
+    }
+
+    /// F_s (N), X_s (mm), k_alpha (N/mm) and kappa in these units.
+    pub fn joint(self, [force, displacement, stiffness, kappa]: [f64; 4]) -> [f64; 4] {
+        [
+            self.force(force),
+            self.length(displacement),
+            self.stiffness(stiffness),
+            kappa,
+        ]
     }
 
     /// N.mm as a number in force times length.

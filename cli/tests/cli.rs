@@ -548,8 +548,8 @@ fn replay_says_what_is_wrong() {
             &["point", "good.csv", "--nstate", "12"],
             &props,
             1,
-            "--nstate: bad state: nstate = 12: 1 tangential direction(s) with 1 base knot(s) need at least 13 state \
-             variables, 25 by default\n"
+            "--nstate: bad state: nstate = 12: must be from 20 (default 44) to 1000000 state variables for 1 tangential \
+             direction(s)\n"
                 .to_string(),
         ),
         (
@@ -557,7 +557,7 @@ fn replay_says_what_is_wrong() {
             &[],
             1,
             "--props: bad property: PROPS(2) gcr = 0.0 with a characteristic length of 0.0: a host without a \
-             characteristic length needs gcr > 0\n"
+             characteristic length needs gcr > 0 (otherwise gcr is fraction x characteristic length)\n"
                 .to_string(),
         ),
         (
@@ -718,7 +718,7 @@ fn calibration_gives_the_law_back() {
         "1.5",
     ]);
     assert!(
-        run.errors.contains("chi = 1.5 fits worse"),
+        run.errors.contains("chi = 1.5 of the contact fits worse"),
         "{}",
         run.errors
     );
@@ -830,7 +830,12 @@ fn calibration_refuses_and_warns() {
     assert!(run.errors.lines().all(|line| line.contains(": reading: ")));
     assert!(run.output.contains("Next: mepc deck"));
     let run = tool.run(&[&calibrate(&files, &preloads)[..], &["--chi", "4"]].concat());
-    assert!(run.errors.contains("chi = 4 fits worse"), "{}", run.errors);
+    assert_eq!(run.code, 3);
+    assert!(
+        run.errors.contains("chi = 4 of the contact fits worse"),
+        "{}",
+        run.errors
+    );
 
     // Two preloads leave K_e to within 11 % or so.
     let run = tool.run(&calibrate(&files[1..], &preloads[1..]));
@@ -1062,7 +1067,7 @@ fn replay_is_the_c_drivers() {
         (&["point", "opening.csv"], &["--props", "0.3,0.002,2.5,2"]),
         (
             &["point", "rising_pressure.csv"],
-            &["--props", "0.3,0.002", "--nstate", "13"],
+            &["--props", "0.3,0.002", "--nstate", "20"],
         ),
         (
             &["patch", "sphere_patch.csv", "sphere_history.csv"],

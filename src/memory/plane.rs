@@ -383,7 +383,8 @@ impl Path {
             let r = if index + 1 == start.len() { critical } else { (knot.r + growth).min(critical) };
             if r > below {
                 let u = V::from(knot.u);
-                trial.push(self.knot(r, u + d, on_cone(knot.r, &u)));
+                let knot = self.knot(r, u + d, on_cone(knot.r, &u));
+                trial.push(knot);
                 below = r;
             }
         }
