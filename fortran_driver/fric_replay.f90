@@ -1,282 +1,265 @@
-!> fric_replay: replays a load history through the Abaqus-shaped routine `fric`, in the role of the FE program. See --help.
+!> A worked example of the Abaqus-shaped routine `fric`, in the role of the FE program: a table in, a table out.
 program fric_replay
-    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
     use, intrinsic :: iso_fortran_env, only: int32, real64
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-    use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_usual
-    use command_line, only: options, read_options
-    use csv, only: csv_table, csv_read
-    use friction_host, only: friction_model, contact_point, step_info, virgin_point, touch, respond, contact_status, &
-        critical_slip
-    use friction_patch, only: patch, motion, new_patch
-    use mepc, only: c_ptr, mepc_law_new, mepc_law_free, mepc_state_size, mepc_last_error
-    use replay_text, only: fail, number, whole, text_line
+    use fric_host, only: model, contact_point, step, respond, contact_status
+    use mepc, only: mepc_state_size, mepc_last_error
+    use text_table, only: table, read_table, print_table, read_number, fail
     implicit none
 
-    ! The runtime library does not tell of a full disk; the system does.
-    interface
-        integer(c_int) function c_creat(path, mode) bind(c, name="creat")
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: path(*)
-            integer(c_int), value :: mode
-        end function
-        integer(c_size_t) function c_write(unit, text, length) bind(c, name="write")
-            import :: c_char, c_int, c_size_t
-            integer(c_int), value :: unit
-            character(kind=c_char), intent(in) :: text(*)
-            integer(c_size_t), value :: length
-        end function
-        integer(c_int) function c_close(unit) bind(c, name="close")
-            import :: c_int
-            integer(c_int), value :: unit
-        end function
-    end interface
+    character(*), parameter :: usage = new_line("a") // &
+        "usage: fric_replay point PROPS HISTORY.csv [--nstate N] [--length L]  time,slip_1[,slip_2],pressure" // &
+        new_line("a") // &
+        "       fric_replay patch PROPS PATCH.csv HISTORY.csv [--nstate N] [--length L] [--series K] [--parallel K]" // &
+        new_line("a") // &
+        "               x,y,area,pressure and time,displacement_1[,displacement_2,rotation][,pressure_scale]" // &
+        new_line("a") // &
+        "PROPS are the properties mu,gcr,exponent,... of the README's table; gcr = 0 needs the length L of a contact face." // &
+        new_line("a") // &
+        "A row is the end of a step, the first one from zero slip and pressure. The table goes to standard output."
 
-    type(options) :: given
+    integer, parameter :: max_iterations = 100, max_halvings = 40
+    character(len=59), parameter :: point_headers(2) = [character(59) :: "time,slip_1,pressure", "time,slip_1,slip_2,pressure"]
+    character(len=59), parameter :: patch_headers(4) = [character(59) :: "time,displacement_1", &
+        "time,displacement_1,pressure_scale", "time,displacement_1,displacement_2,rotation", &
+        "time,displacement_1,displacement_2,rotation,pressure_scale"]
 
-    ! No trap: numbers that are too large must end in a message, but the routine raises exceptions when it refuses them, and
-    ! so do sums of them here. Whether a call that is not refused raises any, friction_host sees to.
-    call ieee_set_halting_mode(ieee_usual, .false.)
-    given = read_options()
-    if (allocated(given%patch)) then
-        call replay_patch(given)
+    !> Contact points under one rigid tangential motion, behind a spring K; see `solve`.
+    type :: patch
+        real(real64), allocatable :: x(:), y(:), area(:), pressure(:)
+        type(contact_point), allocatable :: now(:), next(:)   ! at the last accepted step; on trial
+        real(real64) :: way(2) = 0, turn = 0, scale = 1       ! prescribed: displacement, rotation, factor
+        real(real64) :: force(2) = 0, stiffness(2, 2) = 0, moment = 0, stored = 0, dissipated = 0, limit = 0
+    end type
+
+    type(model) :: m
+    type(table) :: history
+    real(real64) :: series, parallel
+
+    call read_arguments()
+    if (argument(1) == "point") then
+        call replay_point()
     else
-        call replay_point(given)
+        call replay_patch(read_table(argument(3), ["x,y,area,pressure"]))
     end if
-    stop, quiet=.true. ! to return from the program would set the trap again, with what was raised until then
 
 contains
 
+    !> Argument number i; empty past the last.
+    function argument(i) result(text)
+        integer, intent(in) :: i
+        character(:), allocatable :: text
+        integer :: length
+        call get_command_argument(i, length=length)
+        allocate (character(len=length) :: text)
+        call get_command_argument(i, text)
+    end function
+
+    !> Reads the history and the properties; ends the program if the command line is wrong.
+    subroutine read_arguments()
+        character(:), allocatable :: list
+        real(real64) :: value, nstate
+        integer :: i, files, comma
+
+        files = merge(2, 1, argument(1) == "patch")
+        if (argument(1) /= "point" .and. files == 1 .or. command_argument_count() < 2 + files) then
+            call fail("wrong command line" // usage, 2)
+        end if
+        series = 0
+        parallel = 0
+        nstate = 0
+        do i = 3 + files, command_argument_count(), 2
+            if (.not. read_number(argument(i + 1), value) .or. value < 0) value = -1
+            select case (argument(i))
+            case ("--nstate")
+                nstate = value
+            case ("--length")
+                m%length = value
+            case ("--series")
+                series = value
+            case ("--parallel")
+                parallel = value
+            case default
+                value = -1
+            end select
+            if (value < 0 .or. nstate > 1e6_real64) call fail("wrong command line at '" // argument(i) // "'" // usage, 2)
+        end do
+        allocate (m%props(0))
+        list = argument(2) // ","
+        do while (len(list) > 0)
+            comma = index(list, ",")
+            if (.not. read_number(list(:comma - 1), value)) then
+                call fail("wrong command line at '" // argument(2) // "'" // usage, 2)
+            end if
+            m%props = [m%props, value]
+            list = list(comma + 1:)
+        end do
+        if (files == 1) then
+            history = read_table(argument(3), point_headers)
+        else
+            history = read_table(argument(4), patch_headers)
+        end if
+        m%ndir = merge(2, 1, index(history%header, "_2") > 0)
+        m%nstate = mepc_state_size(m%props, int(size(m%props), int32), m%ndir)
+        if (m%nstate < 0) call fail("PROPS: " // mepc_last_error())
+        if (nstate > 0) m%nstate = int(nstate, int32)
+    end subroutine
+
+    type(step) function step_at(row)
+        integer, intent(in) :: row
+        step_at%increment = int(row, int32)
+        step_at%time = history%values(1, row)
+        step_at%dtime = step_at%time - history%values(1, max(row - 1, 1))
+        step_at%place = history%place(row)
+    end function
+
+    type(contact_point) function virgin_point(number)
+        integer, intent(in) :: number
+        virgin_point%number = int(number, int32)
+        allocate (virgin_point%statev(m%nstate), source=0.0_real64)
+    end function
+
     !> One point under prescribed slip and pressure.
-    subroutine replay_point(given)
-        type(options), intent(in) :: given
-        type(csv_table) :: history
-        type(friction_model) :: model
+    subroutine replay_point()
         type(contact_point) :: now, next
-        type(step_info) :: step
-        real(real64), allocatable :: time(:), slip(:, :), pressure(:), results(:)
-        real(real64) :: increment(2), tangent(2, 2), stored, dissipated, total
-        type(text_line), allocatable :: table(:)
+        real(real64) :: results(m%ndir + 3, size(history%values, 2)), increment(2), tangent(2, 2), dissipated, total
         integer :: row, n
 
-        history = csv_read(given%history)
-        allocate (time, source=history%time())
-        n = merge(2, 1, history%has("slip_2"))
-        allocate (slip(2, history%rows), source=0.0_real64)
-        slip(1, :) = history%column("slip_1")
-        if (n == 2) slip(2, :) = history%column("slip_2")
-        allocate (pressure, source=history%column("pressure"))
-        call history%note_unused()
-
-        model = new_model(given, n)
-        now = virgin_point(model, 1, 0.0_real64, 0.0_real64)
-        next = now
+        n = m%ndir
+        now = virgin_point(1)
         total = 0
-        allocate (table(0:history%rows))
-        table(0)%text = "time" // names("slip", n) // ",pressure" // names("traction", n) // &
-            ",stored_energy,dissipated_energy,status"
-        do row = 1, history%rows
-            step = step_at(history, time, row)
-            increment = slip(:, row)
-            if (row > 1) increment = increment - slip(:, row - 1)
-            call touch(model, step, pressure(row), now)
-            call respond(model, step, now, increment, pressure(row), next, tangent, stored, dissipated)
+        increment = 0
+        do row = 1, size(history%values, 2)
+            increment(:n) = history%values(2:1 + n, row)
+            if (row > 1) increment(:n) = increment(:n) - history%values(2:1 + n, row - 1)
+            call respond(m, step_at(row), now, increment, history%values(2 + n, row), next, tangent, dissipated)
             now = next ! the step is accepted
             total = total + dissipated
-            results = [now%tau(:n), stored, total]
-            call check_finite(results, step)
-            table(row)%text = number(time(row)) // numbers(slip(:n, row)) // numbers([pressure(row)]) // numbers(results) // &
-                "," // whole(contact_status(now))
+            results(:, row) = [now%tau(:n), now%sed, total, real(contact_status(now), real64)]
         end do
-        call write_output(given, table)
+        call print_table(history, trim(merge("traction_1           ", "traction_1,traction_2", n == 1)) // &
+            ",stored_energy,dissipated_energy,status", results)
     end subroutine
 
-    !> Points that share a rigid tangential motion, with springs in series and in parallel.
-    subroutine replay_patch(given)
-        type(options), intent(in) :: given
-        type(csv_table) :: history
+    !> Points that share a rigid tangential motion.
+    subroutine replay_patch(points)
+        type(table), intent(in) :: points
         type(patch) :: p
-        type(step_info) :: step
-        type(motion), allocatable :: motions(:)
-        real(real64), allocatable :: time(:), results(:)
-        type(text_line), allocatable :: table(:)
-        character(:), allocatable :: line
-        logical :: turns
-        integer :: row, n, iterations
+        real(real64) :: results(6 + 3 * m%ndir, size(history%values, 2)), at(2), rotation, slip(2), dissipated
+        integer :: row, i, n, iterations, contacts(0:3)
 
-        history = csv_read(given%history)
-        allocate (time, source=history%time())
-        call read_motions(history, motions)
-        n = merge(2, 1, history%has("displacement_2"))
-        turns = history%has("rotation")
-
-        p = new_patch(given%patch, new_model(given, n), given%series)
-        allocate (table(0:history%rows))
-        line = "time" // names("displacement", n)
-        if (turns) line = line // ",rotation"
-        line = line // names("slip", n) // names("force", n)
-        if (turns) line = line // ",moment"
-        table(0)%text = line // ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations"
-        do row = 1, history%rows
-            step = step_at(history, time, row)
-            call p%advance(motions(row), step, iterations)
-            results = [p%slip(:n), p%force(:n) + given%parallel * p%at%displacement(:n)]
-            if (turns) results = [results, p%moment]
-            results = [results, p%stored, p%dissipated]
-            call check_finite(results, step)
-            line = number(time(row)) // numbers(p%at%displacement(:n))
-            if (turns) line = line // numbers([p%at%rotation])
-            table(row)%text = line // numbers(results) // wholes(p%counts()) // "," // whole(iterations)
+        n = m%ndir
+        p%x = points%values(1, :)
+        p%y = points%values(2, :)
+        p%area = points%values(3, :)
+        p%pressure = points%values(4, :)
+        p%now = [(virgin_point(i), i=1, size(p%x))]
+        p%next = p%now
+        do i = 1, size(p%x)
+            p%now(i)%position(1:2) = [p%x(i), p%y(i)]
         end do
-        call write_output(given, table)
+        at = 0
+        rotation = 0
+        dissipated = 0
+        do row = 1, size(history%values, 2)
+            associate (in => history%values(:, row)) ! time, displacement, [rotation], [scale]
+                p%way(:n) = in(2:1 + n) - at(:n)
+                if (n == 2) p%turn = in(4) - rotation
+                if (modulo(size(in), 2) == 1) p%scale = in(size(in))
+                slip = p%way
+                iterations = 0
+                if (series > 0) then
+                    call solve(p, step_at(row), slip, iterations)
+                else
+                    call evaluate(p, step_at(row), slip) ! rigid: the slip is prescribed
+                end if
+                p%now = p%next ! the step is accepted
+                at = at + slip
+                rotation = rotation + p%turn
+                dissipated = dissipated + p%dissipated
+                contacts = 0
+                do i = 1, size(p%now)
+                    associate (status => contacts(contact_status(p%now(i))))
+                        status = status + 1
+                    end associate
+                end do
+                results(:, row) = [at(:n), p%force(:n) + parallel * in(2:1 + n), [(p%moment, i=2, n)], p%stored, dissipated, &
+                    real([contacts, iterations], real64)]
+            end associate
+        end do
+        call print_table(history, &
+            trim(merge("slip_1,force_1                      ", "slip_1,slip_2,force_1,force_2,moment", n == 1)) // &
+            ",stored_energy,dissipated_energy,open,stick,micro_slip,gross_slip,iterations", results)
     end subroutine
 
-    !> What the rows of a patch history prescribe; columns that are missing take their defaults.
-    subroutine read_motions(history, motions)
-        type(csv_table), intent(inout) :: history
-        type(motion), allocatable, intent(out) :: motions(:)
-
-        allocate (motions(history%rows))
-        motions%displacement(1) = history%column("displacement_1")
-        if (history%has("displacement_2")) motions%displacement(2) = history%column("displacement_2")
-        if (history%has("rotation")) then
-            if (.not. history%has("displacement_2")) then
-                call fail(history%header_place() // &
-                    ": column displacement_2: missing in the header, rotation needs two directions")
-            end if
-            motions%rotation = history%column("rotation")
-        end if
-        motions%pressure_scale = 1
-        if (history%has("pressure_scale")) motions%pressure_scale = history%column("pressure_scale")
-        call history%note_unused()
-    end subroutine
-
-    !> The model for a number of directions, with the state length that was asked for or that the library recommends. What is
-    !> wrong with an option is told here, before the routine blames a line of the history for it.
-    function new_model(given, ndir) result(model)
-        type(options), intent(in) :: given
-        integer, intent(in) :: ndir
-        type(friction_model) :: model
-        type(c_ptr) :: law
-        integer(int32) :: nprops
-
-        nprops = int(size(given%props), int32)
-        model%ndir = int(ndir, int32)
-        allocate (model%props, source=given%props)
-        model%characteristic_length = given%characteristic_length
-        model%nstate = mepc_state_size(model%props, nprops, model%ndir)
-        if (model%nstate < 0) call fail("--props: " // mepc_last_error())
-        if (given%nstate > 0) model%nstate = given%nstate
-        ! A subnormal length would lose digits, the library does not take it.
-        if (critical_slip(model) < tiny(1.0_real64)) call fail("--props: gcr = 0 needs --char-length")
-        ! A law is made for its checks only; it knows no characteristic length, so it gets the critical slip itself.
-        if (mepc_law_new([model%props(1), critical_slip(model), model%props(3:)], nprops, model%ndir, model%nstate, law) < 0) then
-            call fail("--nstate: " // mepc_last_error())
-        end if
-        call mepc_law_free(law)
-    end function
-
-    function step_at(history, time, row) result(step)
-        type(csv_table), intent(in) :: history
-        real(real64), intent(in) :: time(:)
-        integer, intent(in) :: row
-        type(step_info) :: step
-        step%increment = int(row, int32)
-        step%time = time(row)
-        step%dtime = time(row) - time(max(row - 1, 1))
-        step%place = history%where_row(row) // ": step " // whole(row)
-    end function
-
-    !> Ends the program if a sum or product of the step's finite numbers is none.
-    subroutine check_finite(results, step)
-        real(real64), intent(in) :: results(:)
-        type(step_info), intent(in) :: step
-        if (.not. all(ieee_is_finite(results))) call fail(step%place // ": the result is not a finite number")
-    end subroutine
-
-    !> ",name_1" or ",name_1,name_2".
-    function names(name, n) result(text)
-        character(*), intent(in) :: name
-        integer, intent(in) :: n
-        character(:), allocatable :: text
-        text = "," // name // "_1"
-        if (n == 2) text = text // "," // name // "_2"
-    end function
-
-    !> Each number with a comma before it.
-    function numbers(values) result(text)
-        real(real64), intent(in) :: values(:)
-        character(:), allocatable :: text
+    !> Tries a common slip increment, and sums up over the points.
+    subroutine evaluate(p, s, slip)
+        type(patch), intent(inout) :: p
+        type(step), intent(in) :: s
+        real(real64), intent(in) :: slip(2)
+        real(real64) :: increment(2), tangent(2, 2), dissipated
+        integer, parameter :: shear_limit = 3
         integer :: i
-        text = ""
-        do i = 1, size(values)
-            text = text // "," // number(values(i))
-        end do
-    end function
 
-    function wholes(values) result(text)
-        integer, intent(in) :: values(:)
-        character(:), allocatable :: text
-        integer :: i
-        text = ""
-        do i = 1, size(values)
-            text = text // "," // whole(values(i))
+        p%force = 0
+        p%stiffness = 0
+        p%moment = 0
+        p%stored = 0
+        p%dissipated = 0
+        p%limit = 0
+        do i = 1, size(p%x)
+            increment = slip + p%turn * [-p%y(i), p%x(i)]
+            call respond(m, s, p%now(i), increment, p%scale * p%pressure(i), p%next(i), tangent, dissipated)
+            associate (point => p%next(i))
+                p%force = p%force + p%area(i) * point%tau
+                p%stiffness = p%stiffness + p%area(i) * tangent
+                p%moment = p%moment + p%area(i) * (p%x(i) * point%tau(2) - p%y(i) * point%tau(1))
+                p%stored = p%stored + p%area(i) * point%sed
+                p%dissipated = p%dissipated + p%area(i) * dissipated
+                if (contact_status(point) > 0) p%limit = p%limit + p%area(i) * point%statev(shear_limit)
+            end associate
         end do
-    end function
-
-    !> Writes the table, which is complete: a run that fails before leaves no half one behind.
-    subroutine write_output(given, table)
-        type(options), intent(in) :: given
-        type(text_line), intent(in) :: table(:)
-        integer(c_int), parameter :: standard_output = 1
-        integer(c_int) :: unit
-        integer :: i
-        logical :: written
-
-        unit = standard_output
-        if (allocated(given%output)) then
-            unit = create(given%output)
-            if (unit < 0) call fail(given%output // ": cannot be written")
-        end if
-        do i = 1, size(table)
-            written = put(unit, table(i)%text)
-            if (.not. written) exit
-        end do
-        if (allocated(given%output)) then
-            if (c_close(unit) /= 0) written = .false.
-            ! Emptied, so that nobody takes the part for the whole; it may be a device, so not removed.
-            if (.not. written) unit = c_close(create(given%output))
-        end if
-        if (.not. written) call fail(output_name(given) // ": cannot be written, is the disk full?")
     end subroutine
 
-    !> Opens a file for writing, without what it held.
-    integer(c_int) function create(file)
-        character(*), intent(in) :: file
-        integer(c_int), parameter :: for_all = int(o"666", c_int)
-        create = c_creat(file // c_null_char, for_all)
-    end function
+    !> Equilibrium of the patch with its spring: the displacement u is prescribed beyond the spring, and the slip g that
+    !> the points share follows from r(g) = K (g - u) + sum of A_i tau_i(g) = 0 by Newton's method with the routine's
+    !> tangent. Every trial starts from the last accepted step.
+    subroutine solve(p, s, slip, iterations)
+        type(patch), intent(inout) :: p
+        type(step), intent(in) :: s
+        real(real64), intent(out) :: slip(2)
+        integer, intent(out) :: iterations
+        real(real64) :: r(2), before(2), direction(2), start(2), spring, part, a, b, c, d
+        integer :: halving
 
-    !> Writes a line; false if the system does not take it.
-    logical function put(unit, line)
-        integer(c_int), intent(in) :: unit
-        character(*), intent(in) :: line
-        character(:), allocatable :: rest
-        integer(c_size_t) :: written
-
-        put = .true.
-        rest = line // new_line("a")
-        do while (put .and. len(rest) > 0)
-            written = c_write(unit, rest, len(rest, c_size_t))
-            put = written > 0
-            if (put) rest = rest(written + 1:)
+        slip = 0
+        call evaluate(p, s, slip)
+        spring = series * norm2(p%way)
+        do iterations = 0, merge(max_iterations, -1, ieee_is_finite(spring))
+            r = series * (slip - p%way) + p%force
+            ! A residual below this part of the forces at hand is rounding of the sums.
+            if (norm2(r) <= 1e-13_real64 * (p%limit + spring)) return
+            ! -J^-1 r with J = K I + d force / d slip, by elimination.
+            a = series + p%stiffness(1, 1)
+            b = p%stiffness(1, 2)
+            c = p%stiffness(2, 1) / a
+            d = series + p%stiffness(2, 2)
+            direction(2) = -(r(2) - c * r(1)) / (d - c * b)
+            direction(1) = -(r(1) + b * direction(2)) / a
+            ! Half of the way again and again until the residual falls: the stiffness jumps where the motion turns.
+            start = slip
+            before = r
+            part = 1
+            do halving = 1, max_halvings
+                slip = start + part * direction
+                if (.not. all(ieee_is_finite(slip))) exit
+                call evaluate(p, s, slip)
+                r = series * (slip - p%way) + p%force
+                if (norm2(r) < norm2(before)) exit
+                part = part / 2
+            end do
+            if (.not. norm2(r) < norm2(before)) exit
         end do
-    end function
-
-    function output_name(given) result(name)
-        type(options), intent(in) :: given
-        character(:), allocatable :: name
-        name = "standard output"
-        if (allocated(given%output)) name = given%output
-    end function
+        call fail(s%place // "no equilibrium: Newton's method does not converge")
+    end subroutine
 end program

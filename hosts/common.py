@@ -1,25 +1,24 @@
 """What the run.py of every host does the same way: options, progress, CSV files, pictures."""
 
 import argparse
-import os
 from pathlib import Path
 
 import matplotlib
+import mepc
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as pyplot  # noqa: E402
 import numpy as np  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
-LIBRARY = ROOT / "target/release/libmepc.so"
 
 
 def options(host, description):
     """--small, --library, --output; the output directory exists afterwards."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--small", action="store_true", help="coarser meshes and fewer steps")
-    library = Path(os.environ.get("MEPC_LIBRARY", LIBRARY))
-    parser.add_argument("--library", type=Path, default=library, help="default: $MEPC_LIBRARY, or the one built here")
+    parser.add_argument("--library", type=Path, default=Path(mepc.library),
+                        help="default: $MEPC_LIBRARY, or the one of the package mepc")
     parser.add_argument("--output", type=Path, default=ROOT / "build/hosts" / host, help="default: build/hosts/HOST")
     given = parser.parse_args()
     given.library = given.library.resolve()

@@ -26,6 +26,7 @@ module mepc
     public :: mepc_abi_version, mepc_version, mepc_status_message, mepc_last_error
     public :: mepc_law_new, mepc_law_free, mepc_state_size, mepc_state_name
     public :: mepc_friction, mepc_interface, mepc_friction_batch, mepc_interface_batch
+    public :: mepc_friction_history, mepc_friction_history_batch
     public :: mepc_iwan_force, mepc_iwan_identify
     public :: fric
     ! What a caller needs to hold a law, or to pass no law.
@@ -33,11 +34,12 @@ module mepc
 
     !> Version of the interface that is described here; a program compares it with what mepc_abi_version() gives. (In C it
     !> is MEPC_ABI_VERSION, a name that Fortran cannot tell from the function's.)
-    integer(c_int32_t), parameter, public :: mepc_abi = 1
+    integer(c_int32_t), parameter, public :: mepc_abi = 2
 
     !> Statuses.
     integer(c_int32_t), parameter, public :: mepc_ok = 0
-    integer(c_int32_t), parameter, public :: mepc_memory_full = 1        !< a remembered reversal had to be dropped
+    integer(c_int32_t), parameter, public :: mepc_memory_full = 1        !< a remembered knot that mattered had to be dropped
+    integer(c_int32_t), parameter, public :: mepc_not_described = 2      !< mepc_iwan_identify: the model does not describe the loop
     integer(c_int32_t), parameter, public :: mepc_null_pointer = -1
     integer(c_int32_t), parameter, public :: mepc_bad_property = -2
     integer(c_int32_t), parameter, public :: mepc_bad_state = -3         !< too short or damaged
@@ -57,8 +59,8 @@ module mepc
             integer(c_int32_t) :: version
         end function
 
-        !> Makes a law from its properties, in the order of the property table; trailing ones that are missing take their
-        !> defaults. `nstate`: length of the state array of a point, at least 13 (ndir 1) or 46 (ndir 2, default base grid).
+        !> Makes a law from its properties, in the order of the property table; zero and missing trailing ones take
+        !> their defaults. `nstate`: length of the state array of a point, at least 20 (ndir 1) or 24 (ndir 2).
         !> The law belongs to the caller, who gives it back with `mepc_law_free`.
         function mepc_law_new(props, nprops, ndir, nstate, law) result(status) bind(c, name="mepc_law_new")
             import :: c_int32_t, c_double, c_ptr
@@ -83,15 +85,17 @@ module mepc
         end function
 
         !> Friction at one point. In: slip increment (ndir), length; pressure at the end of the increment, zero or less is
-        !> an open contact; state at the start, all zeros for a virgin point. Out: state at the end (another array);
+        !> an open contact; mu_factor (optional), >= 0, multiplies the friction coefficient in this increment; state at the
+        !> start, all zeros for a virgin point. Out: state at the end (another array);
         !> traction (ndir); its derivatives: dtraction_dslip(b, a) = d traction(a) / d slip(b), and dtraction_dpressure(ndir);
         !> energy(2): stored at the end, dissipated in the increment.
-        function mepc_friction(law, slip_increment, pressure, state0, state1, traction, dtraction_dslip, &
+        function mepc_friction(law, slip_increment, pressure, mu_factor, state0, state1, traction, dtraction_dslip, &
                 dtraction_dpressure, energy) result(status) bind(c, name="mepc_friction")
             import :: c_int32_t, c_double, c_ptr
             type(c_ptr), value :: law
             real(c_double), intent(in) :: slip_increment(*)
             real(c_double), value :: pressure
+            real(c_double), intent(in), optional :: mu_factor
             real(c_double), intent(in) :: state0(*)
             real(c_double), intent(inout) :: state1(*)
             real(c_double), intent(inout) :: traction(*)
@@ -102,13 +106,15 @@ module mepc
         end function
 
         !> Friction and normal contact at one point. In: total opening (1 + ndir), normal first and positive when apart;
-        !> state at the start. Out: state at the end; traction (1 + ndir), normal first, minus the pressure;
-        !> tangent(b, a) = d traction(a) / d opening(b), not symmetric; energy(2) as in `mepc_friction`.
-        function mepc_interface(law, opening, state0, state1, traction, tangent, energy) result(status) &
-                bind(c, name="mepc_interface")
+        !> mu_factor (optional) as in `mepc_friction`; state at the start. Out: state at the end; traction (1 + ndir), normal first, minus the pressure;
+        !> tangent(b, a) = d traction(a) / d opening(b), not symmetric; energy(2): stored at the end by friction
+        !> and by the normal penalty, dissipated in the increment.
+        function mepc_interface(law, opening, mu_factor, state0, state1, traction, tangent, energy) &
+                result(status) bind(c, name="mepc_interface")
             import :: c_int32_t, c_double, c_ptr
             type(c_ptr), value :: law
             real(c_double), intent(in) :: opening(*)
+            real(c_double), intent(in), optional :: mu_factor
             real(c_double), intent(in) :: state0(*)
             real(c_double), intent(inout) :: state1(*)
             real(c_double), intent(inout) :: traction(*)
@@ -118,16 +124,17 @@ module mepc
         end function
 
         !> `mepc_friction` for n points, whose arrays follow each other: slip_increment(ndir, n), pressure(n),
-        !> state0(nstate, n) and so on. statuses(n) holds the status of each point. threads: 1 works in the calling thread,
+        !> mu_factor(n), state0(nstate, n) and so on. statuses(n) holds the status of each point. threads: 1 works in the calling thread,
         !> 0 uses all cores. Returns the worst status: the most negative, else the largest. Points that fail keep their
         !> outputs as they were.
-        function mepc_friction_batch(law, n, slip_increment, pressure, state0, state1, traction, dtraction_dslip, &
-                dtraction_dpressure, energy, statuses, threads) result(status) bind(c, name="mepc_friction_batch")
+        function mepc_friction_batch(law, n, slip_increment, pressure, mu_factor, state0, state1, traction, &
+                dtraction_dslip, dtraction_dpressure, energy, statuses, threads) result(status) bind(c, name="mepc_friction_batch")
             import :: c_int32_t, c_int64_t, c_double, c_ptr
             type(c_ptr), value :: law
             integer(c_int64_t), value :: n
             real(c_double), intent(in) :: slip_increment(*)
             real(c_double), intent(in) :: pressure(*)
+            real(c_double), intent(in), optional :: mu_factor(*)
             real(c_double), intent(in) :: state0(*)
             real(c_double), intent(inout) :: state1(*)
             real(c_double), intent(inout) :: traction(*)
@@ -140,16 +147,59 @@ module mepc
         end function
 
         !> `mepc_interface` for n points, arrays, statuses and threads as in `mepc_friction_batch`.
-        function mepc_interface_batch(law, n, opening, state0, state1, traction, tangent, energy, statuses, threads) &
-                result(status) bind(c, name="mepc_interface_batch")
+        function mepc_interface_batch(law, n, opening, mu_factor, state0, state1, traction, tangent, energy, statuses, &
+                threads) result(status) bind(c, name="mepc_interface_batch")
             import :: c_int32_t, c_int64_t, c_double, c_ptr
             type(c_ptr), value :: law
             integer(c_int64_t), value :: n
             real(c_double), intent(in) :: opening(*)
+            real(c_double), intent(in), optional :: mu_factor(*)
             real(c_double), intent(in) :: state0(*)
             real(c_double), intent(inout) :: state1(*)
             real(c_double), intent(inout) :: traction(*)
             real(c_double), intent(inout), optional :: tangent(*)
+            real(c_double), intent(inout), optional :: energy(*)
+            integer(c_int32_t), intent(inout), optional :: statuses(*)
+            integer(c_int32_t), value :: threads
+            integer(c_int32_t) :: status
+        end function
+
+        !> Friction at one point in n increments, one after the other: slip_increment(ndir, n), pressure(n), mu_factor(n),
+        !> traction(ndir, n), dtraction_dslip(ndir, ndir, n), dtraction_dpressure(ndir, n), energy(2, n), each as in
+        !> `mepc_friction`. state(nstate): at the start on entry, at the end on return. Stops at the first increment that is
+        !> refused: state is then the one before it, rows before it are written, later ones are not touched.
+        function mepc_friction_history(law, n, slip_increment, pressure, mu_factor, state, traction, dtraction_dslip, &
+                dtraction_dpressure, energy) result(status) bind(c, name="mepc_friction_history")
+            import :: c_int32_t, c_int64_t, c_double, c_ptr
+            type(c_ptr), value :: law
+            integer(c_int64_t), value :: n
+            real(c_double), intent(in) :: slip_increment(*)
+            real(c_double), intent(in) :: pressure(*)
+            real(c_double), intent(in), optional :: mu_factor(*)
+            real(c_double), intent(inout) :: state(*)
+            real(c_double), intent(inout) :: traction(*)
+            real(c_double), intent(inout), optional :: dtraction_dslip(*)
+            real(c_double), intent(inout), optional :: dtraction_dpressure(*)
+            real(c_double), intent(inout), optional :: energy(*)
+            integer(c_int32_t) :: status
+        end function
+
+        !> `mepc_friction_history` for npoints points, the history of one after that of another: slip_increment(ndir, n,
+        !> npoints), state(nstate, npoints) and so on. statuses(npoints), threads and the status as in
+        !> `mepc_friction_batch`; a point whose increment is refused stops there, the others go on.
+        function mepc_friction_history_batch(law, npoints, n, slip_increment, pressure, mu_factor, state, traction, &
+                dtraction_dslip, dtraction_dpressure, energy, statuses, threads) result(status) &
+                bind(c, name="mepc_friction_history_batch")
+            import :: c_int32_t, c_int64_t, c_double, c_ptr
+            type(c_ptr), value :: law
+            integer(c_int64_t), value :: npoints, n
+            real(c_double), intent(in) :: slip_increment(*)
+            real(c_double), intent(in) :: pressure(*)
+            real(c_double), intent(in), optional :: mu_factor(*)
+            real(c_double), intent(inout) :: state(*)
+            real(c_double), intent(inout) :: traction(*)
+            real(c_double), intent(inout), optional :: dtraction_dslip(*)
+            real(c_double), intent(inout), optional :: dtraction_dpressure(*)
             real(c_double), intent(inout), optional :: energy(*)
             integer(c_int32_t), intent(inout), optional :: statuses(*)
             integer(c_int32_t), value :: threads
@@ -171,10 +221,11 @@ module mepc
             integer(c_int32_t) :: status
         end function
 
-        !> The same parameters from a measured loop: n displacements and forces in the order of time, one or more cycles of
-        !> one amplitude, with noise. method: 0 least squares, 1 the paper's own procedure. A loop that does not show gross
-        !> slip is refused (mepc_bad_input).
-        function mepc_iwan_identify(n, displacement, force, method, params, standard_errors) result(status) &
+        !> The same parameters from a measured loop: n displacements and forces in the order of time, cycles of one or of
+        !> several amplitudes, with noise. method: 0 least squares, 1 the paper's own procedure. misfit: root mean square
+        !> residual over the force at the amplitude. A loop that does not show gross slip is refused (mepc_bad_input);
+        !> mepc_not_described: there are outputs, but the model does not describe the loop, mepc_last_error() tells why.
+        function mepc_iwan_identify(n, displacement, force, method, params, standard_errors, misfit) result(status) &
                 bind(c, name="mepc_iwan_identify")
             import :: c_int32_t, c_int64_t, c_double
             integer(c_int64_t), value :: n
@@ -183,6 +234,7 @@ module mepc
             integer(c_int32_t), value :: method
             real(c_double), intent(inout) :: params(4)
             real(c_double), intent(inout), optional :: standard_errors(4)
+            real(c_double), intent(inout), optional :: misfit
             integer(c_int32_t) :: status
         end function
     end interface

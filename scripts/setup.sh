@@ -5,11 +5,16 @@ set -euo pipefail
 
 minimum_rust=1.89
 
-declare -A package=([cc]=gcc [c++]=g++ [gfortran]=gfortran [nm]=binutils [valgrind]=valgrind)
+declare -A package=([cc]=gcc [c++]=g++ [gfortran]=gfortran [nm]=binutils [valgrind]=valgrind [cmake]=cmake
+  [pkg-config]=pkg-config [python3]=python3)
 missing=()
 for program in "$@"; do
   command -v "$program" >/dev/null || missing+=("${package[$program]}")
 done
+# A module of Python that Debian keeps apart.
+if [[ " $* " == *" python3 "* ]] && ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
+  missing+=(python3-venv)
+fi
 
 if ((${#missing[@]})); then
   if [[ $(id -u) == 0 ]] && command -v apt-get >/dev/null; then

@@ -81,8 +81,8 @@ pub struct Fault {
     pub value: Value,
     /// What was expected, as the end of a sentence that starts with the value ("must be finite").
     pub expected: Cow<'static, str>,
-    /// Which point of a batch, or increment of a history, from 0.
-    pub at: Option<(&'static str, usize)>,
+    /// Which point of a batch, and increment of a history, from 0; the outer one first.
+    pub at: Vec<(&'static str, usize)>,
 }
 
 /// A failed call.
@@ -124,7 +124,7 @@ impl Error {
             name: Cow::Borrowed(""),
             value: Value::None,
             expected: expected.into(),
-            at: None,
+            at: Vec::new(),
         }))
     }
 
@@ -164,20 +164,20 @@ impl Error {
         self
     }
 
-    /// Names the point of a batch or the increment of a history.
+    /// Names the increment of a history, then the point of a batch: what is outside comes later.
     pub(crate) fn at(mut self, what: &'static str, index: usize) -> Self {
-        self.at = Some((what, index));
+        self.at.insert(0, (what, index));
         self
     }
 
-    /// The message. `host_name` gives the host's name of an argument of the library and of number `index` (from 0) in
-    /// it, or None where there is no other.
-    pub fn words(&self, host_name: impl Fn(&str, usize) -> Option<String>) -> String {
+    /// The message. `host_name` gives the host's name of an argument of the library and of the number in it that is
+    /// meant (its index, from 0), or None where there is no other.
+    pub fn words(&self, host_name: impl Fn(&str, Option<usize>) -> Option<String>) -> String {
         let mut words = format!("{}: ", self.kind);
-        if let Some((what, index)) = self.at {
+        for (what, index) in &self.at {
             words += &format!("{what} {index}: ");
         }
-        words += &match (host_name(self.argument, self.index.unwrap_or(0)), self.index) {
+        words += &match (host_name(self.argument, self.index), self.index) {
             (Some(theirs), _) => theirs,
             // Properties count from 1 in every host.
             (None, Some(index)) if self.argument == "PROPS" => format!("PROPS({})", index + 1),

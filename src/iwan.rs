@@ -15,10 +15,11 @@
 //! and the other one its mirror image. With A >= X_s, solved for the power, that is the paper's Eq. (24) in which x stands for
 //! half the distance from the reversal and T_max = F_s + k_alpha A.
 //!
-//! [`Record`] finds the reversals in measured data, [`Record::least_squares`] and [`Record::paper`] the parameters.
+//! [`Record`] finds the reversals in measured data, [`identify`] the parameters and whether the model describes the loop;
+//! [`Record::least_squares`] and [`Record::paper`] are the parameters alone.
 //!
 //! ```
-//! use mepc::iwan::{Direction, Iwan, Record};
+//! use mepc::iwan::{Direction, Iwan, Options, Record, identify};
 //!
 //! let joint = Iwan::new([266.78, 0.0041, 3280.7, -0.842])?; // N, mm, N/mm
 //! let a = 0.02;
@@ -29,19 +30,27 @@
 //! let force: Vec<f64> = (0..displacement.len())
 //!     .map(|i| joint.steady(a, displacement[i], if i <= 100 { Direction::Loading } else { Direction::Unloading }))
 //!     .collect();
-//! let fit = Record::new(&displacement, &force)?.least_squares()?;
-//! assert!((fit.joint.kappa + 0.842).abs() < 1e-6);
+//! let found = identify(Record::new(&displacement, &force)?, &Options::default())?;
+//! assert!(found.fit.is_reliable() && (found.fit.joint.kappa + 0.842).abs() < 1e-6);
 //! # Ok::<(), mepc::Error>(())
 //! ```
 
+mod effects;
 mod fit;
+mod judge;
 pub mod least_squares;
+pub mod masing;
 mod paper;
 mod record;
+mod residuals;
+mod stop;
+mod warning;
 
-pub use fit::{CORRELATED, Fit, ILL, Warning};
+pub use fit::{CORRELATED, Estimate, Fit, ILL, Stop};
+pub use judge::{Extended, Identification, Options, identify};
 pub use paper::TOLERANCE as PAPER_TOLERANCE;
-pub use record::{Branch, Point, Record};
+pub use record::{Branch, HalfCycle, Node, Origin, Record};
+pub use warning::{Effect, Warning};
 
 use crate::backbone::{Backbone, PowerLaw};
 use crate::error::{Error, Kind};

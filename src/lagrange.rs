@@ -4,7 +4,9 @@
 //! direction of slip is remembered, as one knot at its limit.
 
 use crate::error::{Error, Kind};
-use crate::law::{Law, Response, SQUARED, Start, check_pressure, check_within, not_a_result};
+use crate::law::{
+    Law, Response, SQUARED, Start, check_factor, check_pressure, check_within, not_a_result,
+};
 use crate::memory::{Matrix, Vector};
 use crate::number::finite;
 use crate::state::{Contact, End, Knot};
@@ -50,9 +52,11 @@ impl<const N: usize> Law<N> {
         host: &Host<N>,
         gcr: f64,
         pressure: f64,
+        mu_factor: f64,
         end: &mut End<N>,
     ) -> Result<Rigid<N>, Error> {
         check_pressure(pressure)?;
+        check_factor(mu_factor)?;
         let (held, multiplier, slip_increment) = match host {
             Host::Held(multiplier) => (true, multiplier, &Vector::zeros()),
             Host::Slipped { slip, multiplier } => (false, multiplier, slip),
@@ -66,7 +70,7 @@ impl<const N: usize> Law<N> {
         // A huge one keeps its direction; it is beyond every limit that is taken.
         let multiplier = &(multiplier * (SQUARED / multiplier.amax().max(SQUARED)));
         let before = start.last_deflection();
-        let limit = self.limit(pressure, 1.0, &start.header);
+        let limit = self.limit(pressure, mu_factor, &start.header);
         let closed = pressure > 0.0;
         let strength = if closed { limit.limit } else { 0.0 };
         if strength > SQUARED {
@@ -115,9 +119,16 @@ impl<const N: usize> Law<N> {
             // First to the size of 1: squares of huge or tiny numbers are none.
             direction = (along / along.amax()).normalize();
             let u = direction * gcr;
-            end.knots.push(Knot { r: gcr, u: u.into() });
+            end.knots.push(Knot {
+                r: gcr,
+                u: u.into(),
+            });
         }
-        end.header.contact = if closed { Contact::GrossSlip } else { Contact::Open };
+        end.header.contact = if closed {
+            Contact::GrossSlip
+        } else {
+            Contact::Open
+        };
         let traction = direction * strength;
         let dissipated = traction.dot(slip_increment) + lost;
         end.header.dissipated += dissipated;

@@ -21,6 +21,8 @@ const LIMIT_LEFT: f64 = 1e-30;
 const CRITICAL_LEFT: f64 = 1e-12;
 /// A critical slip below this, a length, holds no curve: it is as if there were no limit.
 const CRITICAL_LEAST: f64 = 1e-130;
+/// Critical slips in which the memory curve counts as it is: fourth powers of lengths are numbers.
+const ORDINARY: [f64; 2] = [1e-10, 1e10];
 /// In one direction a knot that was worth less than this part of T is not missed, in two less than this.
 const MISSED: [f64; 2] = [1e-14, 1e-3];
 
@@ -208,8 +210,7 @@ impl<const N: usize> Law<N> {
     /// Reads and checks a state.
     #[inline(always)]
     pub(crate) fn read(&self, state0: &[f64], start: &mut Start<N>) -> Result<(), Error> {
-        start.header = self.layout.read(state0, &mut start.knots)?;
-        Ok(())
+        self.layout.read(state0, &mut start.header, &mut start.knots)
     }
 
     /// Refuses an end state of another length.
@@ -399,7 +400,8 @@ impl<const N: usize> Law<N> {
     }
 
     /// A closed contact goes on: the critical slip that follows from the limit, the memory curve, the physical units.
-    #[inline(always)]
+    // Not inlined: one copy per number of directions, not one per face.
+    #[inline(never)]
     fn advance(
         &self,
         start: &mut Start<N>,
@@ -409,137 +411,104 @@ impl<const N: usize> Law<N> {
         limit: Traction,
         end: &mut End<N>,
     ) -> Result<Response<N>, Error> {
-        let old = start.header;
-        let stored_before = old.stored;
+        let (strength, old_strength) = (limit.limit, start.header.limit);
         let deflection = start.last_deflection();
         let before = start.knots.last().map_or(0.0, |knot| knot.r);
-        let same_limit = limit.limit == old.limit;
         // G before and after, and what psi loses besides slip.
-        let (mut from, to, mut lost);
-        match self.growth {
-            None => {
-                (from, to) = (gcr, gcr);
-                if before != gcr {
-                    // The host changed gcr, or the state comes from elsewhere: the curve scales with it.
-                    let scale = if before > 0.0 { gcr / before } else { 1.0 };
-                    for knot in &mut start.knots {
-                        knot.r *= scale;
-                        knot.u.iter_mut().for_each(|u| *u *= scale);
-                    }
-                    match start.knots.last_mut() {
-                        Some(last) => last.r = gcr,
-                        None => start.knots.push(Knot { r: gcr, u: [0.0; N] }),
-                    }
-                }
-                lost = 0.0;
-                if !(same_limit && before == gcr) && stored_before > 0.0 && before > 0.0 {
-                    let ratio = limit.limit / old.limit * (gcr / before);
-                    lost = stored_before * (1.0 - ratio);
-                }
-            }
-            Some(power) => {
-                from = before;
-                let ratio = if same_limit { 1.0 } else { limit.limit / old.limit.max(f64::MIN_POSITIVE) };
-                let mut critical = before;
-                if !same_limit {
-                    critical = before * ratio.min(f64::MAX).powf(power);
-                }
-                lost = 0.0;
-                if before < CRITICAL_LEFT * critical || old.limit < LIMIT_LEFT * limit.limit || before == 0.0 {
-                    // Nothing that matters is left of the curve: it grows from the apex.
-                    critical = self.fresh_critical(gcr, limit.limit);
-                    (from, lost) = (0.0, stored_before);
-                    start.knots.clear();
-                }
-                to = critical;
-                let gone = limit.limit < LIMIT_LEFT * old.limit || critical < CRITICAL_LEFT * before;
-                if gone || limit.limit == 0.0 || critical < CRITICAL_LEAST {
-                    return self.without_limit(start, slip_increment, pressure, limit, end);
-                }
+        let (mut from, mut to, mut lost) = (before, before, 0.0);
+        let same = match self.growth {
+            None => strength == old_strength && before == gcr,
+            Some(_) => strength == old_strength && before >= CRITICAL_LEAST,
+        };
+        if !same {
+            (from, to, lost) = self.grow(start, gcr, strength);
+            if to == 0.0 {
+                return self.without_limit(start, slip_increment, pressure, limit, end);
             }
         }
-        if !within(to, SQUARED) || !within(limit.limit, HIGHEST) {
+        if !within(to, SQUARED) || !within(strength, HIGHEST) {
             return Err(not_a_result(pressure, slip_increment));
         }
         let length = slip_increment.norm();
-        if !(length * (1.0 / LONGEST) <= to) {
+        if length * (1.0 / LONGEST) > to {
             return Err(too_long(slip_increment, to));
         }
-        // In a unit of length in which G is about 1; a power of two, so that nothing is rounded.
-        let unit = power_of_two_near(to);
-        let over_unit = 1.0 / unit;
-        for knot in &mut start.knots {
-            knot.r *= over_unit;
-            knot.u.iter_mut().for_each(|u| *u *= over_unit);
-        }
         // A slip whose square is none has no direction.
-        let mut slip = slip_increment * over_unit;
-        if slip.amax() < 1e-140 {
-            slip.fill(0.0);
-        }
-        let nothing = slip_increment.iter().all(|d| *d == 0.0) && same_limit && from == to;
-        let increment = Increment {
-            slip,
-            before: from * over_unit,
-            critical: to * over_unit,
-            limit_ratio: if from == to { 1.0 } else { old.limit / limit.limit },
+        let mut increment = Increment {
+            slip: if length > 0.0 { *slip_increment } else { Vector::zeros() },
+            before: from,
+            critical: to,
+            limit_ratio: if from == to { 1.0 } else { old_strength / strength },
             room: self.layout.knots,
             resolution: self.properties.resolution,
-            forgotten: old.forgotten,
+            forgotten: start.header.forgotten,
         };
-        let outcome = if nothing {
-            let mut copy = start.knots.clone();
-            let outcome = self.step(&mut copy, &increment, &mut end.knots);
-            end.knots.clone_from(&start.knots);
-            outcome
-        } else {
-            self.step(&mut start.knots, &increment, &mut end.knots)
-        };
-        for knot in &mut end.knots {
-            knot.r *= unit;
-            knot.u.iter_mut().for_each(|u| *u *= unit);
+        let mut unit = 1.0;
+        if !(ORDINARY[0]..=ORDINARY[1]).contains(&to) {
+            // In a unit of length in which G is about 1; a power of two, so that nothing is rounded.
+            unit = power_of_two_near(to);
+            scale(&mut start.knots, 1.0 / unit);
+            increment.slip /= unit;
+            increment.before /= unit;
+            increment.critical /= unit;
+            if increment.slip.amax() < 1e-140 {
+                increment.slip.fill(0.0);
+            }
         }
-        let strength = limit.limit;
+        let nothing = same && slip_increment.iter().all(|d| *d == 0.0);
+        let copy = if nothing { Some(start.knots.clone()) } else { None };
+        let mut outcome = Outcome::new();
+        match &self.backbone {
+            Choice::FiveHalves(curve) => {
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+            }
+            Choice::PowerLaw(curve) => {
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+            }
+            Choice::Segalman(curve) => {
+                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+            }
+        }
+        let old = &start.header;
         let energy = strength * unit;
-        let stored = if nothing {
+        let mut stored = (outcome.stored * energy).max(0.0);
+        if let Some(copy) = copy {
             // Not a bit changes.
-            stored_before
-        } else {
-            (outcome.stored * energy).max(0.0)
-        };
+            end.knots = copy;
+            stored = old.stored;
+            outcome.forgotten = old.forgotten;
+            if old.contact != Contact::Open {
+                outcome.contact = old.contact;
+            }
+        }
+        if unit != 1.0 {
+            scale(&mut end.knots, unit);
+        }
         let by_pressure = match self.growth {
             // dG/dT = G / (chi T)
-            Some(power) => outcome.by_growth * (limit.slope * to * over_unit * power),
+            Some(power) => outcome.by_growth * (limit.slope * increment.critical * power),
             None => outcome.traction * limit.slope,
         };
         let response = Response {
             traction: outcome.traction * strength,
-            dtraction_dslip: outcome.by_slip * (strength * over_unit),
+            dtraction_dslip: outcome.by_slip * (strength / unit),
             dtraction_dpressure: by_pressure,
             stored,
             dissipated: outcome.dissipated * energy + lost,
             elastic_slip: last_deflection(&end.knots) - deflection,
-            contact: if nothing && old.contact != Contact::Open {
-                old.contact
-            } else {
-                outcome.contact
-            },
+            contact: outcome.contact,
             memory_full: !nothing && outcome.forgotten > MISSED[N - 1],
         };
         end.header = Header {
             contact: response.contact,
             pressure,
             limit: strength,
-            stored: response.stored,
+            stored,
             dissipated: old.dissipated + response.dissipated,
             slip_length: old.slip_length + length,
             opening: old.opening,
             jump: old.jump,
-            forgotten: match (N, nothing) {
-                (1, _) => 0.0,
-                (_, true) => old.forgotten,
-                _ => outcome.forgotten,
-            },
+            forgotten: if N == 1 { 0.0 } else { outcome.forgotten },
         };
         // Huge but finite inputs may overflow in a product; nothing infinite may leave.
         let sum = response.traction.sum()
@@ -552,6 +521,49 @@ impl<const N: usize> Law<N> {
             return Err(not_a_result(pressure, slip_increment));
         }
         Ok(response)
+    }
+
+    /// What a changed limit, or another gcr under the proportional rule, makes of the curve: G before and after, and what psi
+    /// loses besides slip. G = 0 after: there is no limit.
+    #[inline(never)]
+    fn grow(&self, start: &mut Start<N>, gcr: f64, limit: f64) -> (f64, f64, f64) {
+        let Start { header: old, knots } = start;
+        let before = knots.last().map_or(0.0, |knot| knot.r);
+        let Some(power) = self.growth else {
+            if before == 0.0 {
+                knots.push(Knot { r: gcr, u: [0.0; N] });
+                return (gcr, gcr, 0.0);
+            }
+            if before != gcr {
+                // The host changed gcr, or the state comes from elsewhere: the curve scales with it.
+                scale(knots, gcr / before);
+                knots.last_mut().expect("a curve").r = gcr;
+            }
+            let lost = if old.stored > 0.0 {
+                old.stored * (1.0 - limit / old.limit.max(f64::MIN_POSITIVE) * (gcr / before))
+            } else {
+                0.0
+            };
+            return (gcr, gcr, lost);
+        };
+        // Bounded: what follows from a larger one is not used.
+        let ratio = limit / old.limit.max(LIMIT_LEFT * limit).max(f64::MIN_POSITIVE);
+        let mut critical = before;
+        if limit != old.limit {
+            critical = before * ratio.powf(power);
+        }
+        let (mut from, mut lost) = (before, 0.0);
+        if before < CRITICAL_LEFT * critical || old.limit < LIMIT_LEFT * limit || before == 0.0 {
+            // Nothing that matters is left of the curve: it grows from the apex.
+            critical = self.fresh_critical(gcr, limit);
+            (from, lost) = (0.0, old.stored);
+            knots.clear();
+        }
+        let gone = limit < LIMIT_LEFT * old.limit || critical < CRITICAL_LEFT * before;
+        if gone || limit == 0.0 || critical < CRITICAL_LEAST {
+            critical = 0.0;
+        }
+        (from, critical, lost)
     }
 
     /// Closed, but without any limit (consistent rule): no traction, and what was stored is dissipated.
@@ -578,15 +590,6 @@ impl<const N: usize> Law<N> {
         }
         Ok(response)
     }
-
-    /// The memory curve of this law's backbone.
-    #[inline(always)]
-    fn step(&self, start: &mut Knots<N>, increment: &Increment<N>, end: &mut Knots<N>) -> Outcome<N> {
-        match &self.backbone {
-            Choice::PowerLaw(curve) => memory::step(curve, start, increment, end),
-            Choice::Segalman(curve) => memory::step(curve, start, increment, end),
-        }
-    }
 }
 
 /// The default length of the state array for properties and directions that are valid.
@@ -604,6 +607,13 @@ pub(crate) fn check_directions(ndir: usize) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::about(Kind::BadInput, "ndir", "must be 1 or 2 tangential directions").count(ndir))
+}
+
+fn scale<const N: usize>(knots: &mut Knots<N>, factor: f64) {
+    for knot in knots {
+        knot.r *= factor;
+        knot.u.iter_mut().for_each(|u| *u *= factor);
+    }
 }
 
 /// 2^k with 1 <= length / 2^k < 2.
@@ -632,7 +642,7 @@ pub(crate) fn check_pressure(pressure: f64) -> Result<(), Error> {
 }
 
 #[inline(always)]
-fn check_factor(factor: f64) -> Result<(), Error> {
+pub(crate) fn check_factor(factor: f64) -> Result<(), Error> {
     if within(factor, SQUARED) && factor >= 0.0 {
         return Ok(());
     }

@@ -22,9 +22,11 @@
 
 pub mod backbone;
 mod error;
-//#[allow(unsafe_code)]
-//pub mod ffi;
+#[allow(unsafe_code)]
+pub mod ffi;
 pub mod iwan;
+// FRIC alone takes what is not public here.
+#[cfg_attr(not(feature = "abaqus"), allow(dead_code))]
 mod lagrange;
 mod law;
 mod limit;

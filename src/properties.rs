@@ -2,7 +2,7 @@
 //!
 //! Zero and missing trailing entries mean the default.
 
-use crate::backbone::{Backbone, Choice, PowerLaw, Segalman};
+use crate::backbone::{Choice, FiveHalves, PowerLaw, Segalman};
 use crate::error::{Error, Kind};
 use crate::number::{finite, within};
 
@@ -238,6 +238,8 @@ impl Properties {
             Choice::PowerLaw(PowerLaw::new(1.0))
         } else if self.segalman {
             Choice::Segalman(Segalman::new(self.exponent, self.beta))
+        } else if self.exponent == 2.5 {
+            Choice::FiveHalves(FiveHalves)
         } else {
             Choice::PowerLaw(PowerLaw::new(self.exponent))
         }
@@ -245,10 +247,7 @@ impl Properties {
 
     /// f'(0) of the backbone.
     pub fn initial_slope(&self) -> f64 {
-        match self.backbone() {
-            Choice::PowerLaw(curve) => curve.initial_slope(),
-            Choice::Segalman(curve) => curve.initial_slope(),
-        }
+        self.backbone().initial_slope()
     }
 
     /// The critical slip for a host that offers a characteristic length (0: it offers none).

@@ -29,6 +29,9 @@ const TOGETHER: f64 = 1e-6;
 const LONGEST: f64 = 1e150;
 const SHORTEST: f64 = 1e-150;
 
+/// From here on squares of lengths are numbers without a second thought.
+const ORDINARY: f64 = 1e-140;
+
 const HEADER_NAMES: [&str; HEADER] = [
     "ContactStatus",
     "Pressure",
@@ -110,6 +113,7 @@ pub struct End<const N: usize> {
 
 impl<const N: usize> End<N> {
     /// A place for the end of an increment.
+    #[expect(clippy::new_without_default, reason = "a place to write to is no value")]
     #[inline(always)]
     pub fn new() -> Self {
         End {
@@ -178,8 +182,8 @@ impl Layout {
         })
     }
 
-    /// Reads and checks a state, of which the used part is enough. Its knots go to `knots`, empty before, with every
-    /// deflection brought onto its slip limit.
+    /// Reads and checks a state, of which the used part is enough, into `header` and `knots`, both empty before. Every
+    /// deflection is brought onto its slip limit.
     ///
     /// # Errors
     /// [`Kind::BadState`] names the slot, its value and what it may be.
@@ -187,64 +191,78 @@ impl Layout {
     pub fn read<const N: usize>(
         &self,
         state: &[f64],
+        header: &mut Header,
         knots: &mut Knots<N>,
-    ) -> Result<Header, Error> {
+    ) -> Result<(), Error> {
         debug_assert_eq!(N, self.ndir);
         let used = HEADER + self.knots * (1 + N);
-        let Some((header, memory)) = state
+        let Some((first, memory)) = state
             .get(..used)
             .and_then(|state| state.split_first_chunk::<HEADER>())
         else {
             let expected = format!("must hold {} numbers", self.nstate);
             return Err(Error::about(Kind::BadState, "state0", expected).count(state.len()));
         };
-        let [
-            status,
+        // First one look at all of it; only where that finds something it is told what.
+        if !all_below(first, 1024) || first[11] != LAYOUT {
+            return self.read_carefully(state, knots);
+        }
+        let [status, pressure, limit, stored, dissipated, slip_length, opening, jump1, jump2, forgotten, count, _] =
+            *first;
+        let (number, contact) = (usize::from(count as u8), Contact::ALL[usize::from(status as u8 & 3)]);
+        let counts = number as f64 == count && number <= self.knots && (pressure != 0.0 || number == 0);
+        let signs = [pressure, limit, stored, slip_length, forgotten].iter().fold(0, |bits, value| bits | value.to_bits());
+        if !(counts && signs >> 63 == 0 && f64::from(contact as u8) == status) {
+            return self.read_carefully(state, knots);
+        }
+        *header = Header {
+            contact,
             pressure,
             limit,
             stored,
             dissipated,
             slip_length,
             opening,
-            jump1,
-            jump2,
+            jump: [jump1, jump2],
             forgotten,
-            count,
-            layout,
-        ] = *header;
-        if let Some(index) = header.iter().position(|value| !finite(*value)) {
+        };
+        let memory = &memory[..number * (1 + N)];
+        if !all_below(memory, 498) || !read_knots(memory, knots) {
+            return self.read_carefully(state, knots);
+        }
+        Ok(())
+    }
+
+    /// Number by number: what is wrong with a state, or a state of lengths so large, so small or so near to each other that
+    /// their squares say nothing. The header is right, or that of a virgin state.
+    #[cold]
+    fn read_carefully<const N: usize>(&self, state: &[f64], knots: &mut Knots<N>) -> Result<(), Error> {
+        knots.clear();
+        if let Some(index) = state[..HEADER].iter().position(|value| !finite(*value)) {
             return Err(self.bad(state, index, "must be finite"));
         }
-        if layout != LAYOUT {
+        if state[11] != LAYOUT {
             return self.read_unused(state);
         }
-        let contact = match Contact::ALL.get(usize::from(status as u8)) {
-            Some(contact) if f64::from(status as u8) == status => *contact,
-            _ => return Err(self.bad(state, 0, "must be 0, 1, 2 or 3")),
-        };
-        for (index, value) in [
-            (1, pressure),
-            (2, limit),
-            (3, stored),
-            (5, slip_length),
-            (9, forgotten),
-        ] {
-            if value < 0.0 {
-                return Err(self.bad(state, index, "must be >= 0"));
-            }
+        let status = state[0];
+        if f64::from(status as u8) != status || usize::from(status as u8) >= Contact::ALL.len() {
+            return Err(self.bad(state, 0, "must be 0, 1, 2 or 3"));
         }
-        let number = count as u8;
-        if f64::from(number) != count || usize::from(number) > self.knots {
+        if let Some(index) = [1, 2, 3, 5, 9].into_iter().find(|index| state[*index] < 0.0) {
+            return Err(self.bad(state, index, "must be >= 0"));
+        }
+        let number = state[10] as u8;
+        if f64::from(number) != state[10] || usize::from(number) > self.knots {
             let expected = format!("must be a whole number from 0 to {}", self.knots);
             return Err(self.bad(state, 10, expected));
         }
+        if state[1] == 0.0 && number > 0 {
+            return Err(self.bad(state, 10, "must be 0 in an open contact"));
+        }
         let mut below = Knot { r: 0.0, u: [0.0; N] };
-        for (index, slots) in memory
-            .chunks_exact(1 + N)
-            .take(usize::from(number))
-            .enumerate()
-        {
+        for index in 0..usize::from(number) {
             let first = HEADER + index * (1 + N);
+            let slots = &state[first..first + 1 + N];
             if let Some(slot) = slots.iter().position(|value| !within(*value, LONGEST)) {
                 return Err(self.bad(state, first + slot, "must be a length of at most 1e150"));
             }
@@ -261,50 +279,30 @@ impl Layout {
                 }
             }
             if !apart {
-                return Err(self.bad(
-                    state,
-                    first,
-                    "must be > 0 and above the slip limit of the knot before it",
-                ));
+                let expected = "must be > 0 and above the slip limit of the knot before it";
+                return Err(self.bad(state, first, expected));
             }
             if N == 1 && (u[0] - below.u[0]).abs() > (r - below.r) + TOLERANCE * r {
-                return Err(self.bad(
-                    state,
-                    first + 1,
-                    "must differ from the deflection before it by no more than the slip limits do",
-                ));
+                let expected =
+                    "must differ from the deflection before it by no more than the slip limits do";
+                return Err(self.bad(state, first + 1, expected));
             }
             if !onto_limit(r, &mut u) {
-                return Err(self.bad(
-                    state,
-                    first + 1,
-                    format!("must be part of a deflection no longer than its slip limit {r:?}"),
-                ));
+                let expected =
+                    format!("must be part of a deflection no longer than its slip limit {r:?}");
+                return Err(self.bad(state, first + 1, expected));
             }
             below = Knot { r, u };
             knots.push(below);
         }
-        if pressure == 0.0 && number > 0 {
-            return Err(self.bad(state, 10, "must be 0 in an open contact"));
-        }
-        Ok(Header {
-            contact,
-            pressure,
-            limit,
-            stored,
-            dissipated,
-            slip_length,
-            opening,
-            jump: [jump1, jump2],
-            forgotten,
-        })
+        Ok(())
     }
 
     /// Takes a state without the number of this layout: only the virgin one, all zeros.
     #[cold]
-    fn read_unused(&self, state: &[f64]) -> Result<Header, Error> {
+    fn read_unused(&self, state: &[f64]) -> Result<(), Error> {
         if state[..self.used()].iter().all(|value| *value == 0.0) {
-            return Ok(Header::default());
+            return Ok(());
         }
         Err(self.bad(
             state,
@@ -353,6 +351,45 @@ impl Layout {
             .name(self.slot_name(index).unwrap_or_default())
             .number(state[index])
     }
+}
+
+/// Whether all numbers are below 2^`power` in size; 1024: finite. Bits only: comparing a signalling NaN raises a flag that some
+/// hosts trap.
+#[inline(always)]
+fn all_below(values: &[f64], power: u64) -> bool {
+    const EXPONENT: u64 = 0x7ff << 52;
+    // An exponent beyond carries into the sign.
+    let carried = |value: &f64| (value.to_bits() & EXPONENT) + ((1025 - power) << 52);
+    values.iter().fold(0, |bits, value| bits | carried(value)) >> 63 == 0
+}
+
+/// The knots of a state of numbers below 1e150; false when they break a rule or are too small for their squares.
+#[inline(always)]
+fn read_knots<const N: usize>(memory: &[f64], knots: &mut Knots<N>) -> bool {
+    const LONGER: f64 = 1.0 + TOLERANCE;
+    let mut below = Knot { r: ORDINARY, u: [0.0; N] };
+    let mut good = true;
+    for slots in memory.chunks_exact(1 + N) {
+        let r = slots[0];
+        let mut u: [f64; N] = std::array::from_fn(|i| slots[1 + i]);
+        good &= r > below.r;
+        if N == 1 {
+            let apart = (u[0] - below.u[0]).abs() - (r - below.r);
+            good &= apart.max(u[0].abs() - r) <= TOLERANCE * r;
+            u[0] = u[0].clamp(-r.abs(), r.abs());
+        } else {
+            let (square, limit) = (u[0] * u[0] + u[N - 1] * u[N - 1], r * r);
+            good &= square <= limit * (LONGER * LONGER);
+            // Rounding of the last bits is left alone: a projection there would only move it.
+            if square > limit * (1.0 + 1e-13) {
+                let part = r / square.sqrt();
+                u.iter_mut().for_each(|x| *x *= part);
+            }
+        }
+        below = Knot { r, u };
+        knots.push(below);
+    }
+    good
 }
 
 /// Brings a deflection that is a little too long onto its slip limit; false when it is longer than few digits explain.

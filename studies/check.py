@@ -111,7 +111,7 @@ def gross_slip():
     forces = np.zeros((len(mesh.points), 3))
     forces[top, 2] = -1.0 / len(top)
     structure = condense(mesh, held, [Moved(top, 0), Pressed(forces)], YOUNG, POISSON, progress=False)
-    contact = Contact(mesh.pairs, {"joint": Law([0.3, 2e-3, 2.5, 0, 0, 0, 3e5])})
+    contact = Contact(mesh.pairs, {"joint": Law(mu=0.3, gcr=2e-3, kn=3e5)})
     contact.offset[:, 0] = -2e-5
     solver = Solver(structure, contact)
     now = solver.start()

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Equilibrium of the condensed structure with the contact law of libmepc.so, step by step."""
 
-import sys
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "hosts/scikit_fem"))
-from mepc import Law  # noqa: E402
+from mepc import Law
 
 
 class NoEquilibrium(RuntimeError):
@@ -42,11 +39,11 @@ class Contact:
         new, dissipated = {}, 0.0
         for name, law in self.laws.items():
             part = self.parts[name]
-            traction, tangent, new[name], energy = law.interface(opening[part], states[name])
-            area = self.area[part]
-            forces[part] = area[:, None] * traction
-            stiffness[part] = area[:, None, None] * tangent
-            dissipated += area @ energy[:, 1]
+            end = law.interface(states[name], opening[part])
+            area, new[name] = self.area[part], end.state
+            forces[part] = area[:, None] * end.traction
+            stiffness[part] = area[:, None, None] * end.tangent
+            dissipated += area @ end.energy[:, 1]
         return forces.ravel(), stiffness, new, dissipated
 
 

@@ -4,16 +4,15 @@
 import json
 import platform
 import subprocess
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from common import read_csv, write_csv  # noqa: F401
+
 ROOT = Path(__file__).resolve().parents[1]
 TOOL = ROOT / "target/release/mepc"
-sys.path.append(str(ROOT / "hosts"))
-from common import read_csv, write_csv  # noqa: E402, F401
 
 
 def cycle(amplitude, quarter=16):

@@ -20,10 +20,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 JOINT, SLIDER = ROOT / "studies/lap_joint", ROOT / "studies/flat_slider"
 PAGE, HTML = ROOT / "docs/paper.md", ROOT / "build/studies/paper.html"
-sys.path.insert(0, str(JOINT))
-
-import paper  # noqa: E402
-import verdict  # noqa: E402
+import paper
+import verdict
 
 RESULTS = JOINT / "results"
 MICRO = 1e3  # mm to um

@@ -6,7 +6,7 @@ use mepc::{Law, Vector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ptr::{null, null_mut};
 use support::native::*;
-use support::{HEADER, decades, flags, least_state, segalman, signed, unit, with};
+use support::{HEADER, decades, flags, segalman, signed, state_size, unit, with};
 
 /// The whole numbers that header and module name, by their names in the header: MEPC_x in C, mepc_x in Fortran.
 fn constants() -> [BTreeMap<String, i32>; 2] {
@@ -42,6 +42,7 @@ fn constants_of_header_and_module_are_those_of_the_library() {
     let mut expected = vec![("ABI_VERSION", unsafe { (native().mepc_abi_version)() })];
     expected.extend([
         ("MEMORY_FULL", MEMORY_FULL),
+        ("NOT_DESCRIBED", NOT_DESCRIBED),
         ("NULL_POINTER", NULL_POINTER),
         ("BAD_PROPERTY", BAD_PROPERTY),
         ("BAD_STATE", BAD_STATE),
@@ -82,6 +83,7 @@ fn versions_and_messages() {
         let messages: Vec<String> = [
             0,
             MEMORY_FULL,
+            NOT_DESCRIBED,
             NULL_POINTER,
             BAD_PROPERTY,
             BAD_STATE,
@@ -97,7 +99,7 @@ fn versions_and_messages() {
             messages,
         )
     };
-    assert_eq!(abi, 1);
+    assert_eq!(abi, 2);
     assert_eq!(version.as_deref(), Some(env!("CARGO_PKG_VERSION")));
     assert!(message.iter().all(|words| !words.is_empty()));
     assert_eq!(message.iter().collect::<BTreeSet<_>>().len(), message.len());
@@ -105,7 +107,7 @@ fn versions_and_messages() {
 
 #[test]
 fn last_error_is_empty_at_first_and_belongs_to_its_thread() {
-    let mine = || new_law(&[0.3], 1, 25).0;
+    let mine = || new_law(&[0.3], 1, 44).0;
     let thread = std::thread::spawn(move || {
         assert_eq!(last_error(), "");
         assert_eq!(mine(), BAD_PROPERTY);
@@ -116,7 +118,7 @@ fn last_error_is_empty_at_first_and_belongs_to_its_thread() {
         text
     });
     let there = thread.join().expect("no panic");
-    assert_eq!(new_law(&[0.3, 0.002], 7, 25).0, BAD_INPUT);
+    assert_eq!(new_law(&[0.3, 0.002], 7, 44).0, BAD_INPUT);
     assert_ne!(last_error(), there);
 }
 
@@ -142,72 +144,124 @@ fn new_law(props: &[f64], ndir: i32, nstate: i32) -> (i32, LawPointer) {
     (status, law)
 }
 
+/// A NaN that raises a flag as soon as anybody computes with it or compares it.
+fn signalling() -> f64 {
+    f64::from_bits(0x7ff4_0000_0000_0000)
+}
+
 #[test]
 fn bad_properties_are_named_with_their_values() {
     let good = props();
-    let refused = |number: usize, value: f64, name: &str| {
-        let bad = with(&good, number, value);
-        assert_eq!(new_law(&bad, 2, 64).0, BAD_PROPERTY, "{name} = {value}");
-        let text = last_error();
-        assert!(
-            text.contains(&format!("PROPS({number}) {name} = {value}")),
-            "{text}"
-        );
+    let refused = |good: &[f64], number: usize, value: f64, name: &str| {
+        let bad = with(good, number, value);
+        let status = flags::watch(|| new_law(&bad, 2, 84).0);
+        assert_eq!(status, BAD_PROPERTY, "{name} = {value}");
+        let value = if value.is_nan() {
+            "NaN".to_string()
+        } else {
+            format!("{value:?}")
+        };
+        let words = format!("PROPS({number}) {name} = {value}");
+        assert!(last_error().contains(&words), "{words}: {}", last_error());
     };
-    for value in [-0.1, f64::NAN, f64::INFINITY] {
-        refused(1, value, "mu");
-        refused(2, value, "gcr");
-        refused(6, value, "fraction");
-        refused(7, value, "kn");
-    }
-    for value in [0.99, 0.0, -0.5, 2e6, f64::NAN, f64::INFINITY] {
-        refused(3, value, "chi");
-    }
-    for (number, name) in [(4, "method"), (5, "pressure_rule"), (10, "backbone")] {
-        for value in [-1.0, 0.5, 3.0, f64::NAN] {
-            refused(number, value, name);
+    let odd = [f64::NAN, signalling(), f64::INFINITY, f64::NEG_INFINITY];
+    for (index, name) in mepc::NAMES.iter().enumerate() {
+        for value in odd {
+            refused(&good, index + 1, value, name);
         }
     }
-    refused(2, 0.0, "gcr"); // no characteristic length here
-    refused(6, 0.0, "fraction");
-    for value in [f64::NAN, f64::NEG_INFINITY] {
-        refused(8, value, "gap0");
+    // What must not be negative, and what would overflow.
+    for (number, name, largest) in [
+        (1, "mu", 1e100),
+        (2, "gcr", 1e100),
+        (5, "reference_pressure", 1e300),
+        (6, "fraction", 1e100),
+        (7, "kn", 1e300),
+        (12, "cohesion", 1e300),
+        (13, "tau_max", 1e300),
+        (14, "mu_late", 1e100),
+        (15, "slip_late", 1e100),
+    ] {
+        for value in [-1e-3, -1e300, 1.001 * largest] {
+            refused(&good, number, value, name);
+        }
     }
-    for value in [0.0, 65.0, 2.5, -1.0, f64::NAN] {
-        refused(9, value, "base_knots");
+    for value in [0.99, -0.5, 2e6] {
+        refused(&good, 3, value, "exponent");
     }
-    refused(11, 0.5, "beta");
-    refused(12, 1.0, "reserved");
-    // Segalman's backbone: the default chi does not do, beta >= 0.
-    let segalman = with(&with(&good, 10, 1.0), 3, -0.5);
-    assert!(matches!(new_law(&segalman, 1, 25), (0, law) if { free(law); true }));
+    for (number, name) in [(4, "method"), (10, "backbone")] {
+        for value in [-1.0, 0.5, 3.0] {
+            refused(&good, number, value, name);
+        }
+    }
+    for value in [0.5, -1.0, 101.0] {
+        refused(&good, 9, value, "normal_exponent");
+    }
+    for value in [-1.0, 1e-7, 0.2] {
+        refused(&good, 16, value, "resolution");
+    }
+    for (number, name) in [(17, "reserved17"), (20, "reserved20")] {
+        refused(&good, number, 1.0, name);
+    }
+    refused(&good, 8, 1e101, "gap0");
+    refused(&good, 11, 0.5, "beta"); // the power law has none
+    // A late friction coefficient and its slip length belong together.
+    refused(&with(&good, 14, 0.2), 15, 0.0, "slip_late");
+    refused(&with(&good, 15, 0.2), 14, 0.0, "mu_late");
+    // Nor does a change of mu mean anything where the critical slip belongs to a limit that is 0.
+    let smooth = with(&with(&with(&good, 1, 0.0), 5, 100.0), 15, 1.0);
+    refused(&smooth, 14, 0.2, "mu_late");
+    // Segalman's backbone: the exponent has no default and another range, beta >= 0, only the proportional rule.
+    let segalman = with(&with(&good, 10, 1.0), 3, 1.5);
+    assert!(matches!(new_law(&segalman, 1, 44), (0, law) if { free(law); true }));
     for (number, value, name) in [
-        (3, 2.5, "chi"),
-        (3, -1.0, "chi"),
-        (3, 0.1, "chi"),
+        (3, 2.5, "exponent"),
+        (3, 1.0, "exponent"),
+        (3, 0.0, "exponent"),
+        (3, -0.5, "exponent"),
+        (5, 100.0, "reference_pressure"),
         (11, -0.1, "beta"),
-        (11, f64::NAN, "beta"),
         (11, 2e100, "beta"),
     ] {
-        assert_eq!(
-            new_law(&with(&segalman, number, value), 1, 25).0,
-            BAD_PROPERTY,
-            "{name} = {value}"
-        );
-        assert!(
-            last_error().contains(&format!("PROPS({number}) {name} = {value:?}")),
-            "{}",
-            last_error()
-        );
+        refused(&segalman, number, value, name);
     }
+    assert!(!last_error().contains("self-similar"));
+    refused(&segalman, 5, 100.0, "reference_pressure");
+    assert!(last_error().contains("self-similar"), "{}", last_error());
+    // No characteristic length here, so the critical slip must be given; missing entries are 0.
     for short in [&good[..0], &good[..1]] {
-        assert_eq!(new_law(short, 1, 25).0, BAD_PROPERTY);
+        assert_eq!(new_law(short, 1, 44).0, BAD_PROPERTY);
         assert!(
-            last_error().contains(&format!("nprops = {}", short.len())),
+            last_error().contains("PROPS(2) gcr = 0"),
             "{}",
             last_error()
         );
     }
+}
+
+/// Zero and a missing entry are the default.
+#[test]
+fn zero_is_the_default() {
+    let given = with(
+        &with(&with(&with(&props(), 3, 2.5), 6, 0.005), 9, 1.0),
+        16,
+        1e-3,
+    );
+    let zeros = with(&with(&props(), 3, 0.0), 20, 0.0);
+    let run = |props: &[f64]| {
+        let law = NativeLaw::new(props, 2);
+        let mut state = vec![0.0; law.nstate];
+        let mut random = fastrand::Rng::with_seed(305);
+        let steps = random_inputs(&mut random, 2, 50).into_iter();
+        let steps: Vec<Outcome> = steps
+            .map(|(slip, pressure)| law.friction(&slip, pressure, &mut state))
+            .collect();
+        (
+            steps,
+            law.interface(&[-5e-3, 1e-3, 0.0], &mut vec![0.0; law.nstate]),
+        )
+    };
+    assert!(run(&given) == run(&zeros));
 }
 
 fn free(law: LawPointer) {
@@ -219,18 +273,15 @@ fn free(law: LawPointer) {
 fn limits_of_nprops_ndir_and_nstate() {
     let good = props();
     for ndir in [0, 3, -1, i32::MAX, i32::MIN] {
-        assert_eq!(new_law(&good, ndir, 64).0, BAD_INPUT);
+        assert_eq!(new_law(&good, ndir, 84).0, BAD_INPUT);
         assert!(
             last_error().contains(&format!("ndir = {ndir}")),
             "{}",
             last_error()
         );
-        assert_eq!(state_size(&good, ndir), BAD_INPUT);
+        assert_eq!(default_size(&good, ndir), BAD_INPUT);
     }
-    for (ndir, least) in [
-        (1, least_state(1, 1) as i32),
-        (2, least_state(2, 16) as i32),
-    ] {
+    for (ndir, least) in [(1, 20), (2, 24)] {
         for nstate in [-1, i32::MIN, 1_000_001, i32::MAX, 0, 1, least - 1] {
             assert_eq!(new_law(&good, ndir, nstate).0, BAD_STATE);
             let words = format!("nstate = {nstate}:");
@@ -241,29 +292,28 @@ fn limits_of_nprops_ndir_and_nstate() {
             "{}",
             last_error()
         );
-        for nstate in [least, least + 1, 1000] {
+        for nstate in [least, least + 1, 1000, 1_000_000] {
             let (status, law) = new_law(&good, ndir, nstate);
             assert_eq!(status, 0);
             free(law);
         }
     }
-    assert_eq!((least_state(1, 1), least_state(2, 16)), (13, 46));
     // A host's own entries follow the common ones.
-    let mut long = with(&good, 12, 0.0);
-    long.extend([9.0, f64::NAN, -3.0]);
-    let (status, law) = new_law(&long, 2, 64);
+    let mut long = with(&good, 20, 0.0);
+    long.extend([9.0, f64::NAN, signalling(), -3.0]);
+    let (status, law) = flags::watch(|| new_law(&long, 2, 84));
     assert_eq!(status, 0, "{}", last_error());
     free(law);
     // SAFETY: negative and null are refused before anything is read; NULL is released without effect.
     unsafe {
         let mut law = null_mut();
         assert_eq!(
-            (native().mepc_law_new)(good.as_ptr(), -1, 1, 25, &raw mut law),
+            (native().mepc_law_new)(good.as_ptr(), -1, 1, 44, &raw mut law),
             BAD_INPUT
         );
         assert!(last_error().contains("nprops = -1"), "{}", last_error());
         assert_eq!(
-            (native().mepc_law_new)(null(), 3, 1, 25, &raw mut law),
+            (native().mepc_law_new)(null(), 3, 1, 44, &raw mut law),
             NULL_POINTER
         );
         assert!(last_error().contains("props"), "{}", last_error());
@@ -279,25 +329,21 @@ fn limits_of_nprops_ndir_and_nstate() {
     }
 }
 
-fn state_size(props: &[f64], ndir: i32) -> i32 {
+fn default_size(props: &[f64], ndir: i32) -> i32 {
     // SAFETY: as many properties as said.
     unsafe { (native().mepc_state_size)(props.as_ptr(), props.len() as i32, ndir) }
 }
 
 #[test]
 fn state_size_is_the_default_of_the_table() {
-    assert_eq!(state_size(&unit(2.5), 1), 25);
-    assert_eq!(state_size(&unit(2.5), 2), 64);
-    assert_eq!(state_size(&segalman(-0.5, 0.0), 2), 64);
-    for base in [1, 7, 64] {
-        let props = with(&unit(2.5), 9, f64::from(base));
-        assert_eq!(state_size(&props, 1), 25);
-        assert_eq!(state_size(&props, 2), 8 + 2 * base + 8 * 3);
+    for props in [unit(2.5), segalman(-0.5, 0.0), with(&unit(2.5), 5, 1.0)] {
+        assert_eq!(default_size(&props, 1), 44);
+        assert_eq!(default_size(&props, 2), 84);
     }
     // A host with a characteristic length asks before it knows the length.
-    assert_eq!(state_size(&[0.3, 0.0], 2), 64);
-    assert_eq!(state_size(&[-0.3, 0.002], 1), BAD_PROPERTY);
-    assert_eq!(state_size(&[0.3], 1), BAD_PROPERTY);
+    assert_eq!(default_size(&[0.3, 0.0], 2), 84);
+    assert_eq!(default_size(&[0.3], 1), 44);
+    assert_eq!(default_size(&[-0.3, 0.002], 1), BAD_PROPERTY);
 }
 
 #[test]
@@ -305,29 +351,31 @@ fn state_names_are_the_table() {
     let header = [
         "ContactStatus",
         "Pressure",
+        "ShearLimit",
         "StoredEnergy",
         "DissipatedEnergy",
         "SlipLength",
+        "NormalOpening",
         "TangentialJump1",
         "TangentialJump2",
-        "FloatingKnots",
+        "Forgotten",
+        "Knots",
+        "Layout",
     ];
-    for (ndir, base, nstate) in [
-        (1, 1, 25),
-        (2, 16, 64),
-        (2, 3, 25),
-        (1, 1, 300),
-        (2, 16, 48),
+    for (ndir, nstate) in [
+        (1, 44),
+        (2, 84),
+        (1, 20),
+        (2, 25),
+        (1, 300),
+        (2, 300),
+        (2, 1_000_000),
     ] {
-        let law = NativeLaw::with_state_size(&with(&unit(2.5), 9, base as f64), ndir, nstate);
-        let base = if ndir == 1 { 1 } else { base };
+        let law = NativeLaw::with_state_size(&unit(2.5), ndir, nstate);
         let mut expected: Vec<String> = header.map(String::from).to_vec();
-        for knot in 1..=base {
-            expected.extend((1..=ndir).map(|direction| format!("Base{knot}_{direction}")));
-        }
-        for knot in 1..=((nstate - expected.len()) / (1 + ndir)).min(64) {
-            expected.push(format!("Knot{knot}_r"));
-            expected.extend((1..=ndir).map(|direction| format!("Knot{knot}_e{direction}")));
+        for knot in 1..=((nstate - 12) / (1 + ndir)).min(64) {
+            expected.push(format!("Knot{knot}_R"));
+            expected.extend((1..=ndir).map(|direction| format!("Knot{knot}_u{direction}")));
         }
         // SAFETY: a law.
         let name = |index: i32| text(unsafe { (native().mepc_state_name)(law.pointer, index) });
@@ -355,7 +403,7 @@ fn used_state(law: &NativeLaw) -> Vec<f64> {
         let out = law.friction(&vec![slip; law.ndir], 40.0, &mut state);
         assert_eq!(out.status, 0);
     }
-    assert!(state[7] >= 3.0);
+    assert!(state[10] >= 3.0);
     state
 }
 
@@ -442,12 +490,15 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
             assert!(last_error().contains(words), "{words}: {}", last_error());
             assert!(call.untouched(), "{words}");
         };
-        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for value in [f64::NAN, signalling(), f64::INFINITY, f64::NEG_INFINITY] {
             refused(
                 BAD_INPUT,
                 &format!("pressure = {value}"),
                 &mut FrictionCall::new(&law, &slip, value, &state0),
             );
+            let mut call = FrictionCall::new(&law, &slip, 50.0, &state0);
+            call.mu_factor = Some(value);
+            refused(BAD_INPUT, &format!("mu_factor = {value}"), &mut call);
             for index in 0..ndir {
                 let mut bad = slip.clone();
                 bad[index] = value;
@@ -458,10 +509,11 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
                     &mut FrictionCall::new(&law, &bad, 50.0, &state0),
                 );
             }
-            for slot in 0..law.nstate {
+            // Slots past the last knot are not looked at.
+            for slot in 0..HEADER + state0[10] as usize * (1 + ndir) {
                 let mut bad = state0.clone();
                 bad[slot] = value;
-                let words = format!("state[{slot}]");
+                let words = format!("state[{slot}] ");
                 refused(
                     BAD_STATE,
                     &words,
@@ -482,6 +534,9 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
             }
         }
         // Finite numbers whose results are not.
+        let mut call = FrictionCall::new(&law, &slip, 50.0, &state0);
+        call.mu_factor = Some(-1e-3);
+        refused(BAD_INPUT, "mu_factor = -0.001", &mut call);
         for (slip, pressure) in [(1e200, 50.0), (-1e300, 50.0), (4e-4, f64::MAX)] {
             let slip = vec![slip; ndir];
             let mut call = FrictionCall::new(&law, &slip, pressure, &state0);
@@ -503,13 +558,11 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
         }
         // The interface form needs a normal stiffness, and one that its tangent can hold.
         let opening = vec![-5e-3; 1 + ndir];
-        for (kn, words) in [(0.0, "kn = 0"), (1e302, "kn = 1e302")] {
-            let law = NativeLaw::new(&with(&props(), 7, kn), ndir);
-            let mut call = InterfaceCall::new(&law, &opening, &state0);
-            assert_eq!(call.call(), BAD_PROPERTY);
-            assert!(last_error().contains(words), "{}", last_error());
-            assert!(call.untouched());
-        }
+        let law_without = NativeLaw::new(&with(&props(), 7, 0.0), ndir);
+        let mut call = InterfaceCall::new(&law_without, &opening, &state0);
+        assert_eq!(call.call(), BAD_PROPERTY);
+        assert!(last_error().contains("kn = 0"), "{}", last_error());
+        assert!(call.untouched());
         // The law and the state are as good as before.
         let mut good = FrictionCall::new(&law, &slip, 50.0, &state0);
         assert_eq!(good.call(), 0);
@@ -518,7 +571,7 @@ fn bad_inputs_and_states_leave_the_outputs_alone() {
 
 #[test]
 fn memory_full_is_an_advice_and_the_outputs_are_written() {
-    let law = NativeLaw::with_state_size(&props(), 1, least_state(1, 1));
+    let law = NativeLaw::with_state_size(&props(), 1, state_size(1, 4));
     let mut state = vec![0.0; law.nstate];
     let mut statuses = Vec::new();
     let mut at = 0.0;
@@ -558,7 +611,7 @@ fn the_library_is_the_crate() {
             let mut end = vec![0.0; native.nstate];
             let slip_vector = Vector::<N>::from_column_slice(&slip);
             let response = law
-                .friction(gcr, &slip_vector, pressure, &mine, &mut end)
+                .friction(gcr, &slip_vector, pressure, 1.0, &mine, &mut end)
                 .expect("valid");
             mine = end;
             // Aliased: the state is its own successor. Separate: as the watched outputs say.
@@ -595,7 +648,7 @@ fn the_library_is_the_crate() {
             opening.extend(&slip);
             let (mut start, mut end) = (theirs.clone(), mine.clone());
             let response = law
-                .interface(gcr, normal, &slip_vector, &mine, &mut end)
+                .interface(gcr, normal, &slip_vector, 1.0, &mine, &mut end)
                 .expect("valid");
             let out = native.interface(&opening, &mut start);
             close(&start, &end, 1e-9);
@@ -612,11 +665,9 @@ fn the_library_is_the_crate() {
                 response.friction.traction.as_slice(),
                 1e-9,
             );
-            close(
-                &out.energy,
-                &[response.friction.stored, response.friction.dissipated],
-                1e-9,
-            );
+            // The penalty's spring holds energy, too.
+            let stored = response.friction.stored + response.normal_energy;
+            close(&out.energy, &[stored, response.friction.dissipated], 1e-9);
         }
     }
     // Two builds of one source may differ in the last bits.
@@ -633,8 +684,8 @@ fn the_library_is_the_crate() {
     let mut random = fastrand::Rng::with_seed(seed);
     for props in [
         props(),
-        with(&props(), 5, 1.0),
-        with(&with(&props(), 10, 1.0), 3, -0.4),
+        with(&props(), 5, 20.0),
+        with(&with(&props(), 10, 1.0), 3, 1.6),
     ] {
         check::<1>(&props, &mut random);
         check::<2>(&props, &mut random);
@@ -661,28 +712,26 @@ fn several_threads_share_a_law() {
     });
 }
 
-/// However long the array: 64 floating knots are used, the rest is zero and not looked at.
+/// However long the array: 64 knots are used, the rest is zero and not looked at.
 #[test]
 fn long_states_use_sixty_four_knots() {
-    for (ndir, used) in [(1, 8 + 1 + 64 * 2), (2, 8 + 32 + 64 * 3)] {
+    for (ndir, used) in [(1, 12 + 64 * 2), (2, 12 + 64 * 3)] {
         let law = NativeLaw::with_state_size(&props(), ndir, used + 50);
         let mut state = vec![0.0; law.nstate];
         let mut at = 0.0;
-        let mut last = 0;
+        let mut full = 0;
         for k in 0..90 {
             let target = 0.0019 * (-0.97f64).powi(k);
-            last = law
-                .friction(
-                    &vec![(target - at) / (ndir as f64).sqrt(); ndir],
-                    50.0,
-                    &mut state,
-                )
-                .status;
+            let slip = vec![(target - at) / (ndir as f64).sqrt(); ndir];
+            let status = law.friction(&slip, 50.0, &mut state).status;
+            full += i32::from(status == MEMORY_FULL);
             at = target;
+            // What is not used may hold anything.
+            assert!(state[used..].iter().all(|x| *x == 0.0));
+            state[used..].fill(f64::NAN);
         }
-        assert_eq!(state[7], 64.0);
-        assert_eq!(last, MEMORY_FULL);
-        assert!(state[used..].iter().all(|x| *x == 0.0));
+        assert_eq!(state[10], 64.0);
+        assert!(ndir == 2 || full > 10, "{full}");
     }
 }
 
@@ -703,17 +752,25 @@ fn no_update_raises_a_flag_that_hosts_trap() {
         segalman(-0.6, 0.2),
         segalman(0.0, 0.0),
         segalman(-0.9999, 1e6),
+        with(&with(&unit(2.5), 12, 0.3), 13, 1.2),
+        with(&with(&unit(1.5), 14, 0.4), 15, 3.0),
     ];
     let cases = curves.iter().flat_map(|curve| {
         let methods = [0.0, 1.0, 2.0].map(|method| with(curve, 4, method));
-        let rules = methods.map(|props| [0.0, 1.0].map(|rule| with(&props, 5, rule)));
+        // Segalman's backbone has the proportional rule only.
+        let pressures = if curve.get(9) == Some(&1.0) {
+            [0.0; 2]
+        } else {
+            [0.0, 1.0]
+        };
+        let rules = methods.map(|props| pressures.map(|p0| with(&props, 5, p0)));
         rules
             .into_iter()
             .flatten()
             .map(|props| with(&props, 7, 10.0))
     });
     for (props, ndir) in cases.flat_map(|props| [(props.clone(), 1), (props, 2)]) {
-        let nstate = least_state(ndir, if ndir == 1 { 1 } else { 16 }) + 4;
+        let nstate = state_size(ndir, 6) + 1;
         let make = || NativeLaw::with_state_size(&props, ndir, nstate);
         let law = flags::watch(make);
         let (mut state, mut closed) = (vec![0.0; law.nstate], vec![0.0; law.nstate]);
@@ -730,19 +787,28 @@ fn no_update_raises_a_flag_that_hosts_trap() {
             if ndir == 2 && random.u32(0..4) == 0 {
                 // Next to nothing, across the last element's deflection: the curve then lies along its limits.
                 let across = decades(&mut random, -20.0, -8.0) * signed(&mut random);
-                let top = &state[HEADER + 2 * 15..][..2];
+                let last = (state[10] as usize).max(1) - 1;
+                let top = &state[HEADER + 3 * last + 1..][..2];
                 slip = vec![-across * top[1], across * top[0]];
             }
             let pressure = [0.0, 0.5, 1.0, 1.0, 1.0, 2.0][random.usize(0..6)];
-            assert!(law.friction(&slip, pressure, &mut state).status >= 0);
+            assert!(
+                law.friction(&slip, pressure, &mut state).status >= 0,
+                "{}",
+                last_error()
+            );
             opening[0] = match random.u32(0..20) {
-                0 => 1e300,
+                0 => 1e150,
                 _ => 0.1 * (0.5 - random.f64()),
             };
             for (total, slip) in opening[1..].iter_mut().zip(&slip) {
                 *total += slip;
             }
-            assert!(law.interface(&opening, &mut closed).status >= 0);
+            assert!(
+                law.interface(&opening, &mut closed).status >= 0,
+                "{}",
+                last_error()
+            );
         }
     }
 }

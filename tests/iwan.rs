@@ -1,11 +1,12 @@
 //! Identification of the four-parameter Iwan model: verification item 17 and the paper's tables, against loops that the
 //! closed form of the oracle gives.
 
+mod support;
+
 use mepc::iwan::{Fit, Iwan, NAMES, PAPER_TOLERANCE, Record, Warning};
 use mepc_oracle::closed;
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use support::programs::{STRICT_C, STRICT_FORTRAN, compile_and_run, in_repository, source};
 
 /// Item 17: F_s, X_s, k_alpha, kappa and the amplitude.
 const TRUTH: [f64; 4] = [266.78, 0.0041, 3280.7, -0.842];
@@ -358,7 +359,7 @@ fn odd_records_are_never_trusted() {
     let (x, force) = loops(TRUTH, AMPLITUDE, 50, 1, Sampling::Uniform);
     for factor in [1e-200, 1e200] {
         let huge: Vec<f64> = force.iter().map(|f| f * factor).collect();
-        let message = Record::new(&x, &huge).unwrap_err().message;
+        let message = Record::new(&x, &huge).unwrap_err().to_string();
         assert!(message.contains("force: the largest value"), "{message}");
         let far: Vec<f64> = x.iter().map(|x| x * factor).collect();
         assert!(Record::new(&far, &force).is_err());
@@ -408,7 +409,7 @@ fn a_loop_that_turns_the_wrong_way_is_refused() {
     let (mut x, mut force) = loops(TRUTH, AMPLITUDE, 100, 2, Sampling::Uniform);
     x.reverse();
     force.reverse();
-    let message = Record::new(&x, &force).unwrap_err().message;
+    let message = Record::new(&x, &force).unwrap_err().to_string();
     assert!(message.contains("turns the wrong way"), "{message}");
 }
 
@@ -498,8 +499,9 @@ mod c_interface {
     use mepc::ffi::iwan::{mepc_iwan_force, mepc_iwan_identify};
     use std::ptr::{null, null_mut};
 
-    fn identify(data: &(Vec<f64>, Vec<f64>), method: i32) -> (i32, [f64; 4], [f64; 4]) {
-        let (mut parameters, mut errors) = ([-1.0; 4], [-1.0; 4]);
+    /// Status, parameters, standard errors and misfit.
+    fn identify(data: &(Vec<f64>, Vec<f64>), method: i32) -> (i32, [f64; 4], [f64; 4], f64) {
+        let (mut parameters, mut errors, mut misfit) = ([-1.0; 4], [-1.0; 4], -1.0);
         // SAFETY: arrays of the documented sizes.
         let status = unsafe {
             mepc_iwan_identify(
@@ -509,9 +511,10 @@ mod c_interface {
                 method,
                 parameters.as_mut_ptr(),
                 errors.as_mut_ptr(),
+                &raw mut misfit,
             )
         };
-        (status, parameters, errors)
+        (status, parameters, errors, misfit)
     }
 
     #[test]
@@ -535,8 +538,9 @@ mod c_interface {
             assert!((f - exact).abs() < 1e-10, "{f} {exact}");
         }
         for (method, part) in [(0, 1e-3), (1, 0.15)] {
-            let (status, parameters, errors) = identify(&data, method);
+            let (status, parameters, errors, misfit) = identify(&data, method);
             assert_eq!(status, 0);
+            assert!((0.0..0.02).contains(&misfit), "{misfit}");
             for k in 0..4 {
                 assert!(
                     (parameters[k] / TRUTH[k] - 1.0).abs() < part,
@@ -559,6 +563,7 @@ mod c_interface {
                 0,
                 parameters.as_mut_ptr(),
                 null_mut(),
+                null_mut(),
             )
         };
         assert_eq!(status, 0);
@@ -580,9 +585,9 @@ mod c_interface {
             (&good, 2),
             (&good, -1),
         ] {
-            let (status, parameters, errors) = identify(data, method);
+            let (status, parameters, errors, misfit) = identify(data, method);
             assert_eq!(status, -4);
-            assert_eq!((parameters, errors), ([-1.0; 4], [-1.0; 4]));
+            assert_eq!((parameters, errors, misfit), ([-1.0; 4], [-1.0; 4], -1.0));
         }
         let n = good.0.len() as i64;
         let (x, f) = (good.0.as_ptr(), good.1.as_ptr());
@@ -590,10 +595,10 @@ mod c_interface {
         let o = out.as_mut_ptr();
         // SAFETY: null pointers are what is tested; the others are as long as said.
         unsafe {
-            assert_eq!(mepc_iwan_identify(n, null(), f, 0, o, null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(n, x, null(), 0, o, null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(n, x, f, 0, null_mut(), null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(-1, x, f, 0, o, null_mut()), -4);
+            assert_eq!(mepc_iwan_identify(n, null(), f, 0, o, null_mut(), null_mut()), -1);
+            assert_eq!(mepc_iwan_identify(n, x, null(), 0, o, null_mut(), null_mut()), -1);
+            assert_eq!(mepc_iwan_identify(n, x, f, 0, null_mut(), null_mut(), null_mut()), -1);
+            assert_eq!(mepc_iwan_identify(-1, x, f, 0, o, null_mut(), null_mut()), -4);
             let up = [1i8; 100];
             let b = up.as_ptr();
             let p = TRUTH.as_ptr();
@@ -631,14 +636,14 @@ const C_PROGRAM: &str = r#"
 int main(void)
 {
     const double joint[4] = {266.78, 0.0041, 3280.7, -0.842};
-    double x[400], force[400], found[4], errors[4];
+    double x[400], force[400], found[4], errors[4], misfit;
     int8_t branch[400];
     for (int i = 0; i < 400; ++i) {
         branch[i] = i < 200 ? 1 : -1;
         x[i] = branch[i] * 0.02 * (2.0 * (i % 200) / 199.0 - 1.0);
     }
     if (mepc_iwan_force(joint, 0.02, 400, x, branch, force) != 0 ||
-        mepc_iwan_identify(400, x, force, 0, found, errors) != 0) {
+        mepc_iwan_identify(400, x, force, 0, found, errors, &misfit) != 0) {
         fprintf(stderr, "%s\n", mepc_last_error());
         return 1;
     }
@@ -654,7 +659,7 @@ program joint
     implicit none
     real(c_double), parameter :: truth(4) = [266.78d0, 0.0041d0, 3280.7d0, -0.842d0]
     integer(c_int64_t), parameter :: n = 400
-    real(c_double) :: x(n), force(n), found(4), errors(4)
+    real(c_double) :: x(n), force(n), found(4), errors(4), misfit
     integer(c_int8_t) :: branch(n)
     integer :: i
 
@@ -664,73 +669,23 @@ program joint
         x(i + 1) = branch(i + 1) * 0.02d0 * (2d0 * mod(i, 200) / 199d0 - 1d0)
     end do
     if (mepc_iwan_force(truth, 0.02d0, n, x, branch, force) /= 0) error stop mepc_last_error()
-    if (mepc_iwan_identify(n, x, force, 0, found, errors) /= 0) error stop mepc_last_error()
+    if (mepc_iwan_identify(n, x, force, 0, found, errors, misfit) /= 0) error stop mepc_last_error()
+    force(301:) = force(301:) + 50d0
+    if (mepc_iwan_identify(n, x, force, 0, found, errors, misfit) /= mepc_not_described) error stop "not described"
+    force(301:) = force(301:) - 50d0
     if (mepc_iwan_identify(n, x, force, 0, found) /= 0) error stop "errors are optional"
     print "(4es24.16)", found
 end program
 "#;
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-/// Compiles against the header or the module and the shared library, and runs.
-fn compiled(compiler: &str, flags: &[&str], sources: &[PathBuf]) -> String {
-    let library = std::env::var_os("MEPC_LIBRARY")
-        .map_or_else(|| root().join("target/release/libmepc.so"), PathBuf::from);
-    let place = library.parent().expect("a directory");
-    let program = sources.last().expect("a source").with_extension("out");
-    let done = Command::new(compiler)
-        .args(flags)
-        .args(sources)
-        .arg("-I")
-        .arg(root().join("include"))
-        .arg("-L")
-        .arg(place)
-        .arg("-lmepc")
-        .arg(format!("-Wl,-rpath,{}", place.display()))
-        .arg("-o")
-        .arg(&program)
-        .current_dir(program.parent().expect("a directory"))
-        .output()
-        .unwrap_or_else(|error| panic!("{compiler}: {error} (make setup installs it)"));
-    assert!(
-        done.status.success(),
-        "{}",
-        String::from_utf8_lossy(&done.stderr)
-    );
-    let run = Command::new(&program)
-        // Cargo's own library path would come before the program's.
-        .env_remove("LD_LIBRARY_PATH")
-        .output()
-        .expect("the program starts");
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
-    String::from_utf8(run.stdout).expect("text")
-}
-
 #[test]
 fn from_c_and_fortran() {
-    let directory = root().join("build/iwan");
-    std::fs::create_dir_all(&directory).expect("a directory");
-    let write = |name: &str, text: &str| {
-        let file = directory.join(name);
-        std::fs::write(&file, text).expect("a source");
-        file
-    };
-    let c = write("joint.c", C_PROGRAM);
-    let fortran = write("joint.f90", FORTRAN_PROGRAM);
-    let strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
+    let c = source("iwan", "joint.c", C_PROGRAM);
+    let fortran = source("iwan", "joint.f90", FORTRAN_PROGRAM);
+    let module = in_repository("include/mepc.f90");
     let outputs = [
-        compiled("cc", &strict, &[c]),
-        compiled(
-            "gfortran",
-            &["-std=f2018", "-Wall", "-Wextra", "-Werror"],
-            &[root().join("include/mepc.f90"), fortran],
-        ),
+        compile_and_run("cc", &STRICT_C, &[c]),
+        compile_and_run("gfortran", &STRICT_FORTRAN, &[module, fortran]),
     ];
     for output in outputs {
         let found: Vec<f64> = output

@@ -1,15 +1,16 @@
 //! `mepc loop`: from parameters to loops, energy per cycle and damping.
 
 use crate::numbers::{self, exact, short};
+use crate::pictures::{figure, style};
+use crate::props::Props;
 use crate::replay::{Motion, Patch, Points, Springs};
 use crate::table::csv_line;
 use crate::{Outcome, check_outputs, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
-use mepc::backbone::{Backbone, Choice};
 use mepc::iwan::{Direction, Iwan};
-use mepc::{Law, Vector, default_state_size};
-use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, RGBColor, Stroke, ramp};
+use mepc::{Law, Properties, Vector, default_state_size};
+use mepc_plot::{BLUE, Curve, Figure, ORANGE, Stroke};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -18,21 +19,24 @@ use std::path::PathBuf;
 /// From parameters to steady loops, energy per cycle and damping against amplitude.
 ///
 /// The loops go to --output (CSV: amplitude,displacement,force; first loading is left out), the energies to standard output, or
-/// the other way round: without --output the loops go to standard output and the energies to standard error.
+/// the other way round: without --output the loops go to standard output and the energies to standard error. Any consistent units;
+/// pictures name mm and N.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   mepc loop --iwan 266.78,0.0041,3280.7,-0.842 --amplitude 0.005,0.01,0.02 --output loops.csv --picture loops.svg
-  mepc loop --props 0.3,0.00268,2.5 --preload 900 --series 178e3 --parallel 3.3e3 --amplitude 0.02
-  mepc loop --props 0.3,0.002 --preload 900 --amplitude 0.001 --noise 0.01 --seed 7")]
+  mepc loop --props mu=.3,gcr=.00268 --preload 900 --series 178e3 --parallel 3.3e3 --amplitude 0.02
+  mepc loop --props mu=.3,gcr=.002 --preload 900 --amplitude 0.001 --noise 0.01 --seed 7
+
+A reference pressure, if one is given, is here a force on the whole contact, as the preload is.")]
 #[command(group = clap::ArgGroup::new("model").required(true).args(["iwan", "props"]))]
 pub struct Arguments {
     /// The joint as a whole.
     #[arg(long, value_name = "F_s,X_s,k_alpha,kappa", allow_hyphen_values = true, value_parser = joint)]
     iwan: Option<Iwan>,
-    #[arg(long, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = numbers::argument, help = props::HELP, requires = "preload")]
-    props: Option<Vec<f64>>,
+    #[arg(long, value_name = "mu,gcr,..", allow_hyphen_values = true, value_parser = props::read, help = props::HELP,
+        requires = "preload")]
+    props: Option<Props>,
     /// Normal force on the contact (with --props).
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::positive, conflicts_with = "iwan")]
     preload: Option<f64>,
@@ -77,7 +81,7 @@ fn joint(text: &str) -> Result<Iwan, String> {
     let parameters: [f64; 4] = values.try_into().map_err(|values: Vec<f64>| {
         format!("{} numbers, F_s,X_s,k_alpha,kappa are four", values.len())
     })?;
-    Iwan::new(parameters).map_err(|error| error.message)
+    Iwan::new(parameters).map_err(|error| crate::sentence(&error))
 }
 
 fn noise(text: &str) -> Result<f64, String> {
@@ -115,6 +119,7 @@ impl Cycle {
 }
 
 /// What makes loops.
+#[expect(clippy::large_enum_variant, reason = "one is made, and never moved")]
 enum Model {
     Joint(Iwan),
     Contact {
@@ -133,10 +138,23 @@ impl Model {
         let (Some(props), Some(preload)) = (&arguments.props, arguments.preload) else {
             bail!("--props needs --preload");
         };
+        let springs = Springs {
+            series: arguments.series,
+            parallel: arguments.parallel.unwrap_or(0.0),
+        };
+        Model::contact(&props.0, preload, springs)
+    }
+
+    fn contact(props: &[f64], preload: f64, springs: Springs) -> Result<Self> {
         let named = |error: mepc::Error| anyhow!("--props: {error}");
         let law =
             Law::<1>::new(props, default_state_size(props, 1).map_err(named)?).map_err(named)?;
         law.critical_slip(0.0).map_err(named)?;
+        if law.properties().run_in.is_some() {
+            bail!(
+                "--props: mu_late: a loop while mu changes is not steady; give mu alone, as it is then"
+            );
+        }
         Ok(Model::Contact {
             law: Box::new(law),
             // The critical slip is the same everywhere: one point stands for any distribution of the preload.
@@ -145,12 +163,9 @@ impl Model {
                 y: vec![0.0],
                 area: vec![1.0],
                 pressure: vec![preload],
-                places: vec!["the contact".to_string()],
+                places: None,
             },
-            springs: Springs {
-                series: arguments.series,
-                parallel: arguments.parallel.unwrap_or(0.0),
-            },
+            springs,
             preload,
         })
     }
@@ -207,12 +222,16 @@ impl Model {
                     .critical_slip(0.0)
                     .map_err(|error| anyhow!("--props: {error}"))?;
                 let properties = law.properties();
-                let unit = properties.mu * preload * gcr;
-                let a = largest_slip / gcr;
-                let loss = match properties.backbone() {
-                    Choice::PowerLaw(curve) => curve.cycle_loss(a),
-                    Choice::Segalman(curve) => curve.cycle_loss(a),
+                let limit = limit(properties, *preload);
+                // The critical slip under this pressure, from the stiffness f'(0) T / G.
+                let stiffness = law.sticking_stiffness(gcr, *preload);
+                let critical = match stiffness {
+                    0.0 => gcr,
+                    _ => limit * properties.initial_slope() / stiffness,
                 };
+                let unit = limit * critical;
+                let a = largest_slip / critical;
+                let loss = properties.backbone().cycle_loss(a);
                 Ok(Cycle {
                     amplitude,
                     points: loop_points,
@@ -222,6 +241,29 @@ impl Model {
             }
         }
     }
+}
+
+/// The limit traction under a pressure, without run-in.
+pub fn limit(properties: &Properties, pressure: f64) -> f64 {
+    (properties.cohesion + properties.mu * pressure).min(properties.tau_max)
+}
+
+/// Displacement and force of a steady loop of a contact (properties and normal force) behind and beside springs, the ends met.
+///
+/// # Errors
+/// Bad properties, or no equilibrium.
+pub fn contact_loop(
+    props: &[f64],
+    preload: f64,
+    springs: Springs,
+    amplitude: f64,
+) -> Result<Vec<[f64; 2]>> {
+    const POINTS: usize = 200;
+    let mut points = Model::contact(props, preload, springs)?
+        .cycle(amplitude, POINTS)?
+        .points;
+    points.extend(points.first().copied());
+    Ok(points)
 }
 
 /// Area of a closed polygon.
@@ -316,37 +358,25 @@ fn energies(cycles: &[Cycle]) -> String {
     text
 }
 
-fn figure(title: &str, x_label: &str, y_label: &str, curves: Vec<Curve>) -> Figure {
-    Figure {
-        title: title.to_string(),
-        x_label: x_label.to_string(),
-        y_label: y_label.to_string(),
-        curves,
-        equal_axes: false,
-    }
-}
-
 fn loops_figure(cycles: &[Cycle]) -> Figure {
-    const COLOURS: [RGBColor; 4] = [BLUE, ORANGE, GREEN, GREY];
-    const STROKES: [Stroke; 2] = [Stroke::Solid, Stroke::Dashed];
     let count = cycles.len();
     let curves = cycles.iter().enumerate().map(|(k, cycle)| {
         let mut points = cycle.points.clone();
         points.extend(cycle.points.first());
-        let (colour, stroke) = if count <= COLOURS.len() * STROKES.len() {
-            (COLOURS[k % 4], STROKES[k / 4])
-        } else {
-            // More than can be told apart at a glance: every one a little lighter.
-            (ramp(k as f64 / (count - 1) as f64), STROKES[k % 2])
-        };
+        let (colour, stroke) = style(k, count);
         Curve {
-            label: format!("A = {}", short(cycle.amplitude)),
+            label: format!("A = {} mm", short(cycle.amplitude)),
             points,
             stroke,
             colour,
         }
     });
-    figure("Steady loops", "displacement", "force", curves.collect())
+    figure(
+        "Steady loops",
+        "displacement (mm)",
+        "force (N)",
+        curves.collect(),
+    )
 }
 
 /// Points of the curves of [`energy_picture`].
@@ -377,13 +407,13 @@ fn energy_picture(model: &Model, cycles: &[Cycle]) -> Result<String> {
                 colour: ORANGE,
             },
         ];
-        figure(title, "amplitude", y_label, curves)
+        figure(title, "amplitude (mm)", y_label, curves)
     };
     mepc_plot::stacked(&[
-        panel("Energy per cycle", "energy", &|_, energy| energy),
+        panel("Energy per cycle", "energy (N.mm)", &|_, energy| energy),
         panel(
             "Equivalent damping ratio",
-            "D / (2 pi A T_max)",
+            "D / (2 pi A T_max)  (-)",
             &|cycle, energy| cycle.damping(energy),
         ),
     ])

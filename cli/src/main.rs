@@ -1,17 +1,19 @@
 //! `mepc`: from a measured hysteresis loop of a joint to a contact law and an FE deck.
 
 mod calibrate;
+mod channels;
 mod deck;
 mod identify;
 mod loops;
 mod numbers;
+mod pictures;
 mod props;
 mod replay;
 mod table;
+mod units;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{self, Write};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -33,8 +35,10 @@ Examples, each going on from the one before:
                                   F_s, X_s, k_alpha, kappa with 95 % intervals
   mepc calibrate loop.csv --preload 900 --area 361.52
                                   mu, gcr, chi of the contact law, and the series stiffness
-  mepc deck abaqus --props 0.3,0.0027,2.5
-                                  what to paste into the deck
+  mepc deck abaqus --props mu=.3,gcr=.0027,reference_pressure=2.5
+                                  what to paste into the deck; 2.5 MPa = 900 N / 361.52 mm2
+
+Files may be as the rig wrote them; how one was read is said on standard error.
 
 Exit codes: 0 done; 1 bad input; 2 wrong command line; 3 done, but the data do not determine the
 parameters (no gross slip): read the warnings.";
@@ -48,12 +52,15 @@ enum Command {
     Replay(replay::Arguments),
     /// Print a completion script for a shell.
     ///
-    /// Example: mepc completions bash > ~/.local/share/bash-completion/completions/mepc
+    /// mepc completions bash > ~/.local/share/bash-completion/completions/mepc
+    /// mepc completions zsh > ~/.zfunc/_mepc
+    /// mepc completions fish > ~/.config/fish/completions/mepc.fish
+    #[command(verbatim_doc_comment)]
     Completions {
         /// Which shell.
         shell: clap_complete::Shell,
     },
-    /// Write the manual pages (section 1) into a directory.
+    /// Write the manual pages (section 1) into a directory, for example ~/.local/share/man/man1.
     Man {
         /// Where to; it must exist.
         directory: PathBuf,
@@ -110,6 +117,13 @@ fn say(text: &str) {
     eprintln!("mepc: {clean}");
 }
 
+/// What an error of the library says, without its kind.
+fn sentence(error: &mepc::Error) -> String {
+    let words = error.to_string();
+    let kind = format!("{}: ", error.kind);
+    words.strip_prefix(&kind).unwrap_or(&words).to_string()
+}
+
 /// Writes to standard output. A reader who has seen enough (`| head`) is no error.
 fn print(text: &str) -> anyhow::Result<Outcome> {
     let mut output = io::stdout().lock();
@@ -138,9 +152,22 @@ fn write(file: Option<&Path>, text: &str) -> anyhow::Result<()> {
     })
 }
 
-/// Refuses an output file that is one of the input files, or another output, by whatever name or link.
+/// What two names of one file have in common: device and number on the device.
+#[cfg(unix)]
+fn identity(file: &Path) -> io::Result<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    std::fs::metadata(file).map(|data| (data.dev(), data.ino()))
+}
+
+/// What two names of one file have in common: the full path (hard links stay unknown).
+#[cfg(not(unix))]
+fn identity(file: &Path) -> io::Result<PathBuf> {
+    file.canonicalize()
+}
+
+/// Refuses an output file that is one of the input files, or another output, by whatever name or link; and a picture with
+/// the ending of another format.
 fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow::Result<()> {
-    let identity = |file: &Path| std::fs::metadata(file).map(|data| (data.dev(), data.ino()));
     // A file that is still to be made is known by its directory.
     let place = |file: &Path| {
         let directory = file.parent().map(|parent| Path::new(".").join(parent));
@@ -172,6 +199,9 @@ fn check_outputs(outputs: &[(&str, Option<&Path>)], inputs: &[&Path]) -> anyhow:
                 "{option}: {} is the file of {other}, which it would overwrite",
                 output.display()
             );
+        }
+        if option.ends_with("picture") {
+            pictures::check(option, output)?;
         }
     }
     Ok(())

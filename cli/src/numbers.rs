@@ -79,8 +79,33 @@ pub fn exact(value: f64) -> String {
     }
 }
 
-/// Six significant digits.
+/// Six significant digits, zeros at the end left out.
 pub fn short(value: f64) -> String {
+    significant(value, 6, false)
+}
+
+/// As many digits as the standard error leaves: two of those that it has itself, but six at most.
+pub fn with_error(value: f64, error: f64) -> String {
+    let power = |number: f64| number.abs().log10().floor();
+    let digits = power(value) - power(error) + 2.0;
+    if value == 0.0 || !digits.is_finite() {
+        return short(value);
+    }
+    // As is 0.1 with an error of 1: one digit shows that.
+    significant(value, digits.clamp(1.0, 6.0) as usize, digits < 6.0)
+}
+
+/// Beside numbers of this size; what is rounding of them is zero.
+pub fn beside(value: f64, size: f64) -> String {
+    const ROUNDING: f64 = 1e-9;
+    if value.abs() < ROUNDING * size.abs() {
+        return "0".to_string();
+    }
+    short(value)
+}
+
+/// So many significant digits, with an exponent where the number has more zeros than that.
+fn significant(value: f64, digits: usize, zeros: bool) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 && value.is_sign_negative() {
             "-0".to_string()
@@ -88,18 +113,21 @@ pub fn short(value: f64) -> String {
             value.to_string()
         };
     }
-    let scientific = format!("{value:.5e}");
+    let scientific = format!("{value:.*e}", digits - 1);
     let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let trim = |text: &str| {
-        if text.contains('.') {
+        if text.contains('.') && !zeros {
             text.trim_end_matches('0').trim_end_matches('.').to_string()
         } else {
             text.to_string()
         }
     };
     if (-4..6).contains(&exponent) {
-        trim(&format!("{value:.*}", (5 - exponent) as usize))
+        let places = (digits as i32 - 1 - exponent).max(0) as usize;
+        // Rounded to the digits first: 123456 with three is 123000.
+        let rounded = scientific.parse().unwrap_or(value);
+        trim(&format!("{rounded:.places$}"))
     } else {
         let sign = if exponent < 0 { '-' } else { '+' };
         format!("{}e{sign}{:02}", trim(mantissa), exponent.abs())
@@ -161,5 +189,25 @@ mod tests {
         }
         assert_eq!(short(0.004_100_000_1), "0.0041");
         assert_eq!(short(1e6), "1e+06");
+        assert_eq!(short(123_456.7), "123457");
+    }
+
+    #[test]
+    fn digits_that_are_deserved() {
+        for (value, error, text) in [
+            (266.799, 0.118, "266.80"),
+            (0.004_087_72, 1.54e-5, "0.004088"),
+            (3280.7, 12.0, "3281"),
+            (178_234.0, 5600.0, "178200"),
+            (-0.842, 0.016, "-0.842"),
+            (266.78, 1e-15, "266.78"),
+            (0.3, 0.0, "0.3"),
+            (0.3, f64::INFINITY, "0.3"),
+            (0.1, 3.0, "0.1"),
+        ] {
+            assert_eq!(with_error(value, error), text);
+        }
+        assert_eq!(beside(7.49e-18, 266.0), "0");
+        assert_eq!(beside(-0.011_28, 266.0), "-0.01128");
     }
 }

@@ -4,9 +4,11 @@ mod patch;
 mod point;
 
 use crate::numbers;
+use crate::pictures::Replayed;
+use crate::props::Props;
 use crate::{Outcome, check_outputs, say, write};
-use anyhow::{Result, anyhow};
-use clap::{ArgAction, Subcommand};
+use anyhow::{Result, anyhow, bail};
+use clap::Subcommand;
 use mepc::{Kind, Law, default_state_size};
 use std::path::{Path, PathBuf};
 
@@ -18,8 +20,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  mepc replay point cases/nested_reversals.csv --props 0.3,0.002,2.5
-  mepc replay patch cases/lap_patch_902.csv cases/lap_history.csv --props 0.42,0.00268,2.5 \\
+  mepc replay point cases/nested_reversals.csv --props mu=.3,gcr=.002,reference_pressure=100 --picture point.svg
+  mepc replay patch cases/lap_patch_902.csv cases/lap_history.csv --props mu=.42,gcr=.00268,reference_pressure=2.5 \\
       --series 178e3 --parallel 3.3e3 --output lap.csv
 
 status: 0 open, 1 stick, 2 micro-slip, 3 gross slip. dissipated_energy counts from the start.")]
@@ -59,15 +61,44 @@ enum Mode {
 
 #[derive(clap::Args)]
 struct Common {
-    #[arg(long, required = true, value_name = "mu,gcr,..", value_delimiter = ',', action = ArgAction::Set,
-        allow_hyphen_values = true, value_parser = crate::numbers::argument, help = crate::props::HELP)]
-    props: Vec<f64>,
+    #[arg(long, required = true, value_name = "mu,gcr,..", allow_hyphen_values = true,
+        value_parser = crate::props::read, help = crate::props::HELP)]
+    props: Props,
     /// Length of the state array (default: what the library recommends).
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 1..=1_000_000))]
     nstate: Option<u32>,
     /// Write the table there (default: standard output).
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Draw forces over displacements, and energies over time, into this SVG file.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+}
+
+/// What a replay leaves.
+struct Replay {
+    /// The output table.
+    text: String,
+    /// Updates that had to forget a reversal.
+    forgotten: usize,
+    drawn: Replayed,
+}
+
+/// Refuses pressures that are negative or zero throughout: the contact would be open and every force zero.
+///
+/// # Errors
+/// Names the column.
+fn check_sign(pressures: impl Iterator<Item = f64> + Clone, place: &str) -> Result<()> {
+    let [low, high] = pressures.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+        [low.min(p), high.max(p)]
+    });
+    if low < 0.0 && high <= 0.0 {
+        bail!(
+            "{place}: {low} to {high}: the contact is never closed, for compression is positive; turn the sign if the file \
+             counts tension as positive"
+        );
+    }
+    Ok(())
 }
 
 impl Common {
@@ -82,13 +113,17 @@ impl Common {
         };
         let nstate = match self.nstate {
             Some(n) => n as usize,
-            None => default_state_size(&self.props, N).map_err(named)?,
+            None => default_state_size(&self.props.0, N).map_err(named)?,
         };
-        Law::new(&self.props, nstate).map_err(named)
+        Law::new(&self.props.0, nstate).map_err(named)
     }
 
     fn check_output(&self, inputs: &[&Path]) -> Result<()> {
-        check_outputs(&[("--output", self.output.as_deref())], inputs)
+        let outputs = [
+            ("--output", self.output.as_deref()),
+            ("--picture", self.picture.as_deref()),
+        ];
+        check_outputs(&outputs, inputs)
     }
 }
 
@@ -97,11 +132,11 @@ impl Common {
 /// # Errors
 /// Bad input, or an output that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (text, forgotten, common) = match &arguments.mode {
+    let (replay, title, common) = match &arguments.mode {
         Mode::Point { history, common } => {
             common.check_output(&[history])?;
-            let (text, forgotten) = point::run(history, common)?;
-            (text, forgotten, common)
+            let title = history.display().to_string();
+            (point::run(history, common)?, title, common)
         }
         Mode::Patch {
             patch,
@@ -115,10 +150,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 series: *series,
                 parallel: parallel.unwrap_or(0.0),
             };
-            let (text, forgotten) = patch::run(patch, history, common, springs)?;
-            (text, forgotten, common)
+            let title = format!("{}, {}", patch.display(), history.display());
+            (patch::run(patch, history, common, springs)?, title, common)
         }
     };
+    let Replay {
+        text,
+        forgotten,
+        drawn,
+    } = replay;
+    if let Some(file) = &common.picture {
+        write(Some(file), &drawn.svg(&title)?)?;
+    }
     write(common.output.as_deref(), &text)?;
     if forgotten > 0 {
         say(&format!(

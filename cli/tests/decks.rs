@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use tool::{Tool, root};
 
-const PROPS: &str = "0.3,0.002,2.5,0,0,0.005,1e5";
+const PROPS: &str = "mu=.3,gcr=.002,exponent=2.5,reference_pressure=10,kn=1e5";
 
 fn library() -> PathBuf {
     std::env::var_os("MEPC_LIBRARY")
@@ -45,10 +45,11 @@ fn kratos_is_json() {
         assert_eq!(
             numbers("UMAT_PARAMETERS"),
             [
-                0.3, 0.002, 2.5, 0.0, 0.0, 0.005, 1e5, 0.0, 16.0, 0.0, 0.0, 0.0, 1.0, 2.0, 0.0, 0.0
+                0.3, 0.002, 2.5, 0.0, 10.0, 0.0, 1e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0
             ]
         );
-        assert_eq!(numbers("STATE_VARIABLES"), [0.0; 64]);
+        assert_eq!(numbers("STATE_VARIABLES"), [0.0; 84]);
         let path = variables["UDSM_NAME"].as_str().expect("a path");
         assert!(std::path::Path::new(path).is_absolute(), "{path}");
     }
@@ -101,8 +102,7 @@ fn opengeosys_is_xml() {
             "Exponent",
             "NormalStiffness",
             "InitialGap",
-            "Method",
-            "PressureRule",
+            "ReferencePressure",
             "Thickness"
         ]
     );
@@ -124,7 +124,11 @@ fn opengeosys_is_xml() {
             value.expect("a value").parse().expect("a number")
         })
         .collect();
-    assert_eq!(values, [0.3, 0.002, 2.5, 1e5, 0.0, 0.0, 0.0, 0.1]);
+    assert_eq!(values, [0.3, 0.002, 2.5, 1e5, 0.0, 10.0, 0.1]);
+    assert!(
+        text.contains("<variables/>") && text.contains("5 DissipatedEnergy"),
+        "{text}"
+    );
 }
 
 /// Keyword lines and the numbers of data lines.
@@ -148,9 +152,9 @@ fn keywords(text: &str) -> Vec<(String, Vec<f64>)> {
 fn abaqus_and_calculix_by_form() {
     let tool = Tool::new();
     for (props, directions, depvar, count) in [
-        ("0.3,0.002,2.5", "2", 64, 3),
-        ("0.3,0", "1", 25, 2),
-        ("0.3,0.002,2.5,0,0,0.005,0,0,32,0,0,0", "2", 96, 12),
+        ("0.3,0.002,2.5", "2", 84, 3),
+        ("0.3,0", "1", 44, 2),
+        ("0.3,0.002,2.5,0,10,0.005,0,0,0,0,0,2,40", "2", 84, 13),
     ] {
         let text = tool.ok(&[
             "deck",
@@ -169,14 +173,24 @@ fn abaqus_and_calculix_by_form() {
         let given: Vec<f64> = props.split(',').map(|p| p.parse().expect(p)).collect();
         assert_eq!(numbers, &given);
         assert!(text.contains("checked for form only"));
+        for words in [
+            "CSTATUS",
+            "SDV1 ContactStatus (0 open",
+            "SDV5 DissipatedEnergy",
+            "SDV6 SlipLength",
+        ] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
+        assert_eq!(text.contains("SDV9 TangentialJump2"), directions == "2");
     }
     let text = tool.ok(&["deck", "calculix", "--props", PROPS, "--thickness", "0.1"]);
     let deck = keywords(&text);
     assert_eq!(deck[0].0, "*MATERIAL, NAME=@ABAQUS_MEPC");
-    assert_eq!(deck[1].0, "*USER MATERIAL, CONSTANTS=16");
+    assert_eq!(deck[1].0, "*USER MATERIAL, CONSTANTS=25");
     // And the temperature for which the constants hold.
-    assert_eq!(deck[1].1[12..], [2.0, 1.0, 0.1, 1.0, 0.0]);
-    assert_eq!(deck[2], ("*DEPVAR".to_string(), vec![64.0]));
+    assert_eq!(deck[1].1[..7], [0.3, 0.002, 2.5, 0.0, 10.0, 0.0, 1e5]);
+    assert_eq!(deck[1].1[20..], [2.0, 1.0, 0.1, 1.0, 0.0, 0.0]);
+    assert_eq!(deck[2], ("*DEPVAR".to_string(), vec![84.0]));
     assert!(text.contains("checked for form only"));
 }
 
@@ -196,13 +210,99 @@ fn mtest_by_form() {
     }
     assert!(text.contains("@Behaviour<generic> 'libmepc.so' 'MemoryPenaltyContact';"));
     assert!(text.contains("@MaterialProperty<constant> 'CriticalSlip' 0.002;"));
+    assert!(text.contains("1 ContactStatus (0 open"), "{text}");
+    // A parameter of the behaviour, not of the point; the same backbone as asked for.
+    let segalman = "mu=.3,gcr=.002,q=1.5,backbone=segalman,beta=.2,kn=1e5";
+    let text = tool.ok(&["deck", "mtest", "--props", segalman]);
+    for line in [
+        "@Parameter 'Backbone' 1;",
+        "@Parameter 'Beta' 0.2;",
+        "@MaterialProperty<constant> 'Exponent' 1.5;",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
     let refused = tool.run(&[
         "deck",
-        "mtest",
+        "opengeosys",
         "--props",
-        "0.3,0.002,-0.5,0,0,0.005,1e5,0,16,1,0",
+        segalman,
+        "--thickness",
+        "0.1",
     ]);
     assert_eq!(refused.code, 1);
+    let words = "PROPS(10) backbone = 1: is the parameter Backbone of the behaviour, which a project of OpenGeoSys cannot set";
+    assert!(refused.errors.contains(words), "{}", refused.errors);
+}
+
+/// What a deck has no place for is refused, and why there is a reference pressure is said.
+#[test]
+fn options_without_effect_are_refused() {
+    let tool = Tool::new();
+    for (host, option, value) in [
+        ("calculix", "--name", "Bolt"),
+        ("calculix", "--directions", "1"),
+        ("calculix", "--library", "a.so"),
+        ("abaqus", "--thickness", "1"),
+        ("abaqus", "--material", "2"),
+        ("kratos", "--thickness", "1"),
+        ("mtest", "--name", "Bolt"),
+        ("c", "--library", "a.so"),
+        ("fortran", "--material", "3"),
+    ] {
+        let run = tool.run(&["deck", host, "--props", PROPS, option, value]);
+        assert_eq!(run.code, 2, "{host} {option}");
+        let words = format!("{option}: the deck for {host} has no place for it");
+        assert!(
+            run.errors.contains(&words),
+            "{host} {option}: {}",
+            run.errors
+        );
+        assert!(run.output.is_empty());
+    }
+    let run = tool.run(&[
+        "deck",
+        "calculix",
+        "--props",
+        &format!("0.3,0.002{},2", ",0".repeat(18)),
+        "--thickness",
+        "1",
+    ]);
+    assert!(
+        run.errors
+            .contains("--props: 21 entries: those from 21 on belong to the host"),
+        "{}",
+        run.errors
+    );
+    // A field that multiplies mu is for FRIC.
+    assert!(
+        tool.ok(&[
+            "deck",
+            "abaqus",
+            "--props",
+            &format!("0.3,0.002{},2", ",0".repeat(18))
+        ])
+        .contains("PROPERTIES=21")
+    );
+    for (props, has) in [
+        ("mu=.3,gcr=.002", false),
+        ("mu=.3,gcr=.002,reference_pressure=10", true),
+    ] {
+        let run = tool.run(&["deck", "c", "--props", props]);
+        assert_eq!(
+            run.errors
+                .contains("warning: --props: no reference_pressure"),
+            !has,
+            "{}",
+            run.errors
+        );
+        assert_eq!(
+            run.output
+                .contains("gcr holds at the reference pressure 10"),
+            has,
+            "{}",
+            run.output
+        );
+    }
 }
 
 /// The programs print a cycle; the crate gives the same numbers.
@@ -210,6 +310,11 @@ fn assert_cycle<const N: usize>(output: &str, props: &[f64]) {
     let nstate = mepc::default_state_size(props, N).expect("good properties");
     let law = Law::<N>::new(props, nstate).expect("good properties");
     let gcr = law.critical_slip(0.0).expect("a critical slip");
+    let pressure = if props.len() > 4 && props[4] > 0.0 {
+        props[4]
+    } else {
+        100.0
+    };
     let (mut state, mut next) = (vec![0.0; nstate], vec![0.0; nstate]);
     let mut slip = 0.0;
     let lines: Vec<&str> = output.lines().collect();
@@ -224,7 +329,7 @@ fn assert_cycle<const N: usize>(output: &str, props: &[f64]) {
         increment[0] = step;
         slip += step;
         let response = law
-            .friction(gcr, &increment, 100.0, &state, &mut next)
+            .friction(gcr, &increment, pressure, 1.0, &state, &mut next)
             .expect("an update");
         std::mem::swap(&mut state, &mut next);
         let printed: Vec<f64> = line
@@ -235,6 +340,15 @@ fn assert_cycle<const N: usize>(output: &str, props: &[f64]) {
             (printed[0] - slip).abs() < 1e-12 && (printed[1] - response.traction[0]).abs() < 1e-9,
             "{i}: {line}"
         );
+        let rest = [state[0], state[4], state[5]];
+        assert!(
+            printed[2..]
+                .iter()
+                .zip(rest)
+                .all(|(a, b)| (a - b).abs() < 1e-9 * b.max(1.0)),
+            "{i}: {line}"
+        );
+        assert_eq!(printed.len(), 5);
     }
 }
 
@@ -284,7 +398,7 @@ fn c_and_fortran_run() {
     let tool = Tool::new();
     for (props, directions) in [
         ("0.3,0.002,2.5", "1"),
-        ("0.42,2.68e-3,1.5,0,0,0.004,0,0,8,0,0,0", "2"),
+        ("0.42,2.68e-3,1.5,0,20,0.004,0,0,0,0,0,1.5", "2"),
     ] {
         let numbers: Vec<f64> = props.split(',').map(|p| p.parse().expect(p)).collect();
         let check = |output: &str| match directions {

@@ -9,16 +9,14 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))
+import numpy as np
+from tqdm import tqdm
 
-import numpy as np  # noqa: E402
-from tqdm import tqdm  # noqa: E402
-
-import common  # noqa: E402
-import host  # noqa: E402
-import reference  # noqa: E402
-from box import EXPONENT, FRICTION, Box, cycle, history  # noqa: E402
-from table import Results  # noqa: E402
+import common
+import host
+import reference
+from box import EXPONENT, FRICTION, Box, cycle, history
+from table import Results
 
 THICKNESS = 0.01
 ELEMENT = f"C3D8 layer, {THICKNESS} mm"

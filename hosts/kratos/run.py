@@ -6,11 +6,8 @@ See README.md beside this file.
 
 import os
 import sys
-from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # more threads are slower here
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import numpy as np  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 

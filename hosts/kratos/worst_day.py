@@ -4,11 +4,8 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import numpy as np  # noqa: E402
 
 from box import AMPLITUDE, FRICTION, Box, history  # noqa: E402

@@ -5,19 +5,16 @@ Run hosts/kratos/run.py with the same options before: its loops are compared wit
 """
 
 import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import numpy as np
+from tqdm import tqdm
 
-import numpy as np  # noqa: E402
-from tqdm import tqdm  # noqa: E402
-
-import common  # noqa: E402
-import host  # noqa: E402
-import reference  # noqa: E402
-import worst_day  # noqa: E402
-from box import EXPONENT, FRICTION, Box, cycle, history  # noqa: E402
-from table import Results  # noqa: E402
+import common
+import host
+import reference
+import worst_day
+from box import EXPONENT, FRICTION, Box, cycle, history
+from table import Results
 
 
 def main():

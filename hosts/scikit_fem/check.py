@@ -46,7 +46,7 @@ def references(bodies):
     for method in run.METHODS:
         area_error = []
         for steps in (STEPS, 2 * STEPS):
-            table = run.loop(bodies, host.follow(bodies, Law(run.properties(method)), run.history(steps)))
+            table = run.loop(bodies, host.follow(bodies, Law(**run.properties(method)), run.history(steps)))
             area, dissipated = run.cycle(table, steps)
             area_error.append(abs(area / dissipated - 1))
         expect(f"{method}: plateau against mu N", abs(run.plateau(table, steps) - 1), 1e-6)
@@ -91,7 +91,7 @@ def rigid_limit():
     a = run.AMPLITUDE / run.GCR
     for method, chi in (("memory", run.CHI), ("penalty", 1)):
         # The proportional rule: the same critical slip under every pressure.
-        done = host.follow(bodies, Law(run.properties(method, reference_pressure=0)), run.history(STEPS))
+        done = host.follow(bodies, Law(**run.properties(method, reference_pressure=0)), run.history(STEPS))
         table = run.loop(bodies, done)
         error = np.abs(table["force_1"] / MU_N - closed_form(table["displacement_1"], chi)).max()
         expect(f"{method}, rigid bodies: loop against the closed form, over mu N", error, 1e-3)
@@ -103,7 +103,7 @@ def rigid_limit():
 
 def penalty_limit(bodies):
     """chi = 1 is the standard penalty method."""
-    one, other = (run.loop(bodies, host.follow(bodies, Law(props), run.history(STEPS)))["force_1"]
+    one, other = (run.loop(bodies, host.follow(bodies, Law(**props), run.history(STEPS)))["force_1"]
                   for props in (run.properties("memory", chi=1), run.properties("penalty")))
     expect("memory with chi = 1 against the penalty method, over mu N", np.abs(one - other).max() / MU_N, 1e-9)
 
@@ -111,7 +111,7 @@ def penalty_limit(bodies):
 def quadratic(bodies):
     """|R_k+1| <= C |R_k|^2/|R_0| in the last two iterations that end above rounding."""
     rounding = 1e-9  # N: some ten times what is left of residuals that have converged
-    done = host.follow(bodies, Law(run.properties("memory")), run.history(STEPS)[:STEPS + 1])
+    done = host.follow(bodies, Law(**run.properties("memory")), run.history(STEPS)[:STEPS + 1])
     table = run.loop(bodies, done)
     for slip in ("micro_slip", "gross_slip"):
         # The virgin branch, all points in the wanted state before and after; the step in the middle of those.
@@ -128,7 +128,7 @@ def quadratic(bodies):
 
 def line_search(bodies):
     """Almost rigid stick: Newton alone cycles between stick and slip, with the line search every step converges."""
-    law, targets = Law(run.properties("penalty", gcr=1e-6)), run.history(4)
+    law, targets = Law(**run.properties("penalty", gcr=1e-6)), run.history(4)
     done = host.follow(bodies, law, targets)
     expect("penalty, gcr 1 nm: plateau against mu N", abs(run.plateau(run.loop(bodies, done), 4) - 1), 1e-6)
     try:
@@ -142,7 +142,7 @@ def line_search(bodies):
 
 def worst_day(bodies):
     """Restart, rejected steps, threads."""
-    law, targets = Law(run.properties("memory")), run.history(STEPS)
+    law, targets = Law(**run.properties("memory")), run.history(STEPS)
     whole = host.follow(bodies, law, targets)
 
     half = 2 * STEPS  # in the middle of a branch
@@ -151,7 +151,7 @@ def worst_day(bodies):
         np.savez(file, displacement=whole[half].displacement, state=whole[half].state)
         with np.load(file) as saved:
             begin = host.Equilibrium(saved["displacement"], saved["state"])
-    rest = host.follow(bodies, Law(run.properties("memory")), targets[half + 1:], begin)
+    rest = host.follow(bodies, Law(**run.properties("memory")), targets[half + 1:], begin)
     expect_same("restart from a file", whole[half + 1:], rest)
 
     # Steps that need more iterations than their halves: with no more than those allowed the host gives the step up and
@@ -176,30 +176,30 @@ def worst_day(bodies):
     expect_same("a wild trial rejected before every step", whole, wild)
 
     for threads in (2, 0):
-        threaded = Law(run.properties("memory"), threads=threads)
+        threaded = Law(**run.properties("memory"), threads=threads)
         expect_same(f"threads = {threads} and 1", whole, host.follow(bodies, threaded, targets))
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(lambda _: host.follow(bodies, law, targets), range(4)))
     expect_same("four runs at once with one law", whole, *together)
     opening = np.random.default_rng(1).normal(0, run.GCR, (20000, 3))
-    answers = {b"".join(array.tobytes() for array in law.interface(opening, law.virgin(len(opening))))
-               for law in (Law(run.properties("memory"), threads=threads) for threads in (1, 2, 0))}
+    answers = {b"".join(array.tobytes() for array in law.interface(law.virgin(len(opening)), opening))
+               for law in (Law(**run.properties("memory"), threads=threads) for threads in (1, 2, 0))}
     expect("20000 points with 1, 2 and all threads, differing results", len(answers) - 1, 0)
 
 
 def refusals():
     """Our message, as a Python exception."""
     props = run.properties("memory")
-    law = Law(props)
+    law = Law(**props)
     state = law.virgin(1)
     state[0, 1] = np.nan
-    expect_refused("no critical slip", lambda: Law(props[:1]), "gcr")
-    expect_refused("a property out of range", lambda: Law(run.properties("memory", chi=0.5)), "exponent", "0.5")
-    expect_refused("no normal stiffness", lambda: Law(props[:6]).interface(np.zeros((1, 3)), law.virgin(1)), "kn")
-    expect_refused("too few state variables", lambda: Law(props, nstate=5), "nstate", "5")
-    expect_refused("a state of another length", lambda: law.interface(np.zeros((1, 3)), np.zeros((1, 44))), "state")
-    expect_refused("a corrupt state", lambda: law.interface(np.zeros((1, 3)), state), "state", "Pressure")
-    expect_refused("an infinite opening", lambda: law.interface(np.full((1, 3), np.inf), law.virgin(1)), "opening")
+    expect_refused("no critical slip", lambda: Law(mu=run.MU), "gcr")
+    expect_refused("a property out of range", lambda: Law(**run.properties("memory", chi=0.5)), "exponent", "0.5")
+    expect_refused("no normal stiffness", lambda: Law(**props | {"kn": 0}).interface(law.virgin(1), np.zeros((1, 3))), "kn")
+    expect_refused("too few state variables", lambda: Law(**props, nstate=5), "nstate", "5")
+    expect_refused("a state of another length", lambda: law.interface(np.zeros((1, 44)), np.zeros((1, 3))), "state")
+    expect_refused("a corrupt state", lambda: law.interface(state, np.zeros((1, 3))), "state", "Pressure")
+    expect_refused("an infinite opening", lambda: law.interface(law.virgin(1), np.full((1, 3), np.inf)), "opening")
 
 
 def main():

@@ -112,11 +112,11 @@ def start(bodies, law):
 
 def contact(bodies, law, displacement, state):
     """Forces and stiffness of the interface on v; the new states and the energies."""
-    traction, tangent, new, energy = law.interface(bodies.opening @ displacement, state)
+    new = law.interface(state, bodies.opening @ displacement)
     rows = bodies.opening.reshape(-1, displacement.size)
-    forces = rows.T @ (bodies.area[:, None] * traction).ravel()
-    stiffness = rows.T @ (bodies.area[:, None, None] * tangent @ bodies.opening).reshape(rows.shape)
-    return forces, stiffness, new, bodies.area @ energy
+    forces = rows.T @ (bodies.area[:, None] * new.traction).ravel()
+    stiffness = rows.T @ (bodies.area[:, None, None] * new.tangent @ bodies.opening).reshape(rows.shape)
+    return forces, stiffness, new.state, bodies.area @ new.energy
 
 
 def newton(bodies, law, before, target, tolerance=1e-10 * LOAD, most=20, trials=6):

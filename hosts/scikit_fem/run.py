@@ -19,12 +19,12 @@ AMPLITUDE = 0.02
 MU, GCR, CHI = 0.43, 0.002, 2.5
 PRESSURE = LOAD / 100  # the mean one, on 10 x 10 mm
 STATUS = ("open", "stick", "micro_slip", "gross_slip")
-METHODS = {"memory": 0, "penalty": 1}
+METHODS = ("memory", "penalty")
 
 
 def properties(method, gcr=GCR, chi=CHI, reference_pressure=PRESSURE):
-    """The library's property table up to the normal stiffness; the critical slip is gcr at the mean pressure."""
-    return [MU, gcr, chi, METHODS[method], reference_pressure, 0, KN]
+    """The keywords of the law; the critical slip is gcr at the mean pressure."""
+    return {"mu": MU, "gcr": gcr, "exponent": chi, "method": method, "reference_pressure": reference_pressure, "kn": KN}
 
 
 def history(steps):
@@ -89,7 +89,7 @@ def main():
     tables, rows = {}, []
     for method in METHODS if options.method == "all" else [options.method]:
         began = time.perf_counter()
-        done = follow(bodies, Law(properties(method)), history(steps), show=f"scikit-fem {method}")
+        done = follow(bodies, Law(**properties(method)), history(steps), show=f"scikit-fem {method}")
         tables[method] = table = loop(bodies, done)
         area, dissipated = cycle(table, steps)
         rows.append({

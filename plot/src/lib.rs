@@ -1,6 +1,9 @@
-//! Line pictures as SVG: curves over a thin grid, the legend above the plot where it covers nothing.
+//! Line pictures as SVG: curves over a thin grid, the legend above the plot where it covers nothing. However many points a curve
+//! has, the file stays small: what cannot be seen is left out ([`thin`]).
 //!
 //! Knows nothing of friction and needs no font on this machine.
+
+mod thin;
 
 use std::ops::Range;
 
@@ -82,11 +85,18 @@ const LEGEND_SIZE: i32 = 15;
 const LEGEND_SAMPLE: i32 = 34;
 /// What varies by less than this part of its size is flat: its variation is rounding, and no ticks could tell it apart.
 const FLAT: f64 = 1e-12;
+/// What varies by less than this cannot be divided into ticks: its decimal logarithm is that of the smallest numbers.
+const SMALLEST: f64 = 1e-290;
+/// Sums of such numbers are numbers.
+const LARGEST: f64 = 1e300;
 /// Characters of a tick's label, sign included, that fit beside the axis.
 const LABEL: usize = 7;
 const SUPERSCRIPT: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 /// Marks along a curve.
 const MARKS: usize = 42;
+
+/// The area that many points of a curve cover lets what is below show through.
+const AREA_OPACITY: f64 = 0.45;
 
 const INK: RGBColor = RGBColor(40, 40, 40);
 const GRID: RGBColor = RGBColor(222, 222, 222);
@@ -112,8 +122,15 @@ impl Figure {
     /// The picture as the text of an SVG file.
     ///
     /// # Errors
-    /// What the drawing library refuses.
+    /// A point beyond 1e300, and what the drawing library refuses.
     pub fn svg(&self) -> Result<String> {
+        let mut numbers = self.curves.iter().flat_map(|c| c.points.iter().flatten());
+        if let Some(number) = numbers.find(|number| number.is_nan() || number.abs() > LARGEST) {
+            return Err(anyhow!(
+                "picture {}: {number:e} cannot be drawn, only numbers up to {LARGEST:e}",
+                self.title
+            ));
+        }
         let mut text = String::new();
         let width = self.width();
         let size = ((width * FINE) as u32, (HEIGHT * FINE) as u32);
@@ -186,18 +203,37 @@ impl Figure {
         if y[0] < 0.0 && y[1] > 0.0 {
             chart.draw_series([PathElement::new([(x[0], 0.0), (x[1], 0.0)], zero)])?;
         }
-        for curve in &self.curves {
+        let place = |p: &[f64; 2]| {
+            let (x, y) = chart.backend_coord(&(p[0], p[1]));
+            [x, y]
+        };
+        let dense = thin::dense(&self.curves, place);
+        for (k, curve) in self.curves.iter().enumerate() {
             let points = curve.points.iter().map(|p| (p[0], p[1]));
             let style = curve.style();
             match curve.stroke {
-                Stroke::Solid => chart.draw_series(LineSeries::new(points, style))?,
+                Stroke::Solid => match &dense[k] {
+                    thin::Seen::Line(points) => {
+                        canvas.draw(&PathElement::new(points.clone(), style))?;
+                    }
+                    thin::Seen::Area { runs, mean } => {
+                        let colour = curve.colour.mix(AREA_OPACITY);
+                        let area = colour.stroke_width(thin::COLUMN as u32);
+                        for &[x, top, bottom] in runs {
+                            canvas.draw(&PathElement::new([(x, top), (x, bottom)], area))?;
+                        }
+                        canvas.draw(&PathElement::new(mean.clone(), style))?;
+                    }
+                    thin::Seen::Nothing => {}
+                },
                 Stroke::Dashed => {
                     let (dash, gap) = (8 * FINE, 5 * FINE);
-                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?
+                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?;
                 }
                 Stroke::Marks => {
                     let some = spaced(&curve.points, x, y);
-                    chart.draw_series(some.into_iter().map(|p| Circle::new(p, 4 * FINE, style)))?
+                    let circles = some.into_iter().map(|p| Circle::new(p, 4 * FINE, style));
+                    chart.draw_series(circles)?;
                 }
             };
         }
@@ -271,8 +307,8 @@ impl Figure {
         }
         let size = high.abs().max(low.abs());
         let margin = match high - low > FLAT * size {
-            true => 0.05 * (high - low),
-            false if size > 0.0 => 0.05 * size,
+            true => (0.05 * (high - low)).max(SMALLEST),
+            false if size > 0.0 => (0.05 * size).max(SMALLEST),
             false => 1.0,
         };
         [low - margin, high + margin]
@@ -571,6 +607,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_smallest_and_the_largest_numbers_are_drawn_or_refused() {
+        let scaled = |factor: f64| {
+            let mut figure = wave(false);
+            for curve in &mut figure.curves {
+                curve.points.iter_mut().flatten().for_each(|v| *v *= factor);
+            }
+            figure.svg()
+        };
+        for factor in [5e-324, 1e-310, 1e-290, 1e-200, 1e200, 1e298] {
+            scaled(factor).unwrap_or_else(|error| panic!("{factor:e}: {error}"));
+        }
+        let words = scaled(1e302).unwrap_err().to_string();
+        assert!(words.contains("cannot be drawn"), "{words}");
+        assert!(scaled(f64::NAN).is_err());
     }
 
     #[test]

@@ -10,7 +10,7 @@
 mod power_law;
 mod segalman;
 
-pub use power_law::PowerLaw;
+pub use power_law::{FiveHalves, PowerLaw};
 pub use segalman::Segalman;
 
 /// A backbone and its integrals at one r.
@@ -26,10 +26,16 @@ pub struct Values {
     pub loss: f64,
 }
 
+/// The largest r below the end.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
 /// What the memory curve needs to know of a backbone.
 pub trait Backbone {
     /// The backbone and its integrals at r in [0, 1].
     fn at(&self, r: f64) -> Values;
+
+    /// The same at r = 1.
+    fn end(&self) -> Values;
 
     /// f'(0), the sticking stiffness.
     fn initial_slope(&self) -> f64;
@@ -52,7 +58,7 @@ pub trait Backbone {
         if a <= 1.0 {
             self.at(a).loss
         } else {
-            a - 2.0 * (1.0 - self.at(1.0).integral)
+            a - 2.0 * (1.0 - self.end().integral)
         }
     }
 }
@@ -71,17 +77,26 @@ impl<B: Backbone> Over<'_, B> {
     /// f(R/G), df/dR, and the integrals over R.
     #[inline(always)]
     pub fn at(&self, limit: f64) -> Values {
-        let Values {
-            f,
-            slope,
-            integral,
-            loss,
-        } = self.backbone.at((limit * self.inverse).min(1.0));
+        if limit >= self.critical {
+            // Not left to the rounding of the quotient: f' may fall to 0 within it.
+            return self.end();
+        }
+        self.scaled(self.backbone.at((limit * self.inverse).min(BELOW_ONE)))
+    }
+
+    /// The same at R = G.
+    #[inline(always)]
+    pub fn end(&self) -> Values {
+        self.scaled(self.backbone.end())
+    }
+
+    #[inline(always)]
+    fn scaled(&self, at: Values) -> Values {
         Values {
-            f,
-            slope: slope * self.inverse,
-            integral: integral * self.critical,
-            loss: loss * self.critical,
+            f: at.f,
+            slope: at.slope * self.inverse,
+            integral: at.integral * self.critical,
+            loss: at.loss * self.critical,
         }
     }
 
@@ -95,7 +110,9 @@ impl<B: Backbone> Over<'_, B> {
 /// The backbone that the properties name.
 #[derive(Clone, Debug)]
 pub enum Choice {
-    /// The paper's power law (PROPS 10 = 0).
+    /// The power law with the paper's exponent, 5/2 (PROPS 10 = 0).
+    FiveHalves(FiveHalves),
+    /// The power law with another exponent (PROPS 10 = 0).
     PowerLaw(PowerLaw),
     /// Segalman's four-parameter Iwan model (PROPS 10 = 1).
     Segalman(Segalman),
@@ -105,8 +122,18 @@ impl Choice {
     /// f'(0), the sticking stiffness.
     pub fn initial_slope(&self) -> f64 {
         match self {
+            Choice::FiveHalves(curve) => curve.initial_slope(),
             Choice::PowerLaw(curve) => curve.initial_slope(),
             Choice::Segalman(curve) => curve.initial_slope(),
+        }
+    }
+
+    /// A quarter of the energy that a closed cycle of amplitude a dissipates, see [`Backbone::cycle_loss`].
+    pub fn cycle_loss(&self, a: f64) -> f64 {
+        match self {
+            Choice::FiveHalves(curve) => curve.cycle_loss(a),
+            Choice::PowerLaw(curve) => curve.cycle_loss(a),
+            Choice::Segalman(curve) => curve.cycle_loss(a),
         }
     }
 }

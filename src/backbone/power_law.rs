@@ -22,6 +22,7 @@ pub struct PowerLaw {
     integral_series: [f64; TERMS],
     /// Coefficients of r^(n+1), n = 1.., in L.
     loss_series: [f64; TERMS],
+    end: Values,
 }
 
 impl PowerLaw {
@@ -38,7 +39,7 @@ impl PowerLaw {
             c *= (order - chi) / (order + 1.0);
         }
         let doubled = 2.0 * chi;
-        PowerLaw {
+        let mut curve = PowerLaw {
             chi,
             halves: if doubled.fract() == 0.0 && doubled <= MOST_HALVES as f64 {
                 doubled as usize
@@ -47,7 +48,10 @@ impl PowerLaw {
             },
             integral_series,
             loss_series,
-        }
+            end: Values::default(),
+        };
+        curve.end = curve.at(1.0);
+        curve
     }
 
     /// Any exponent: one logarithm and one exponential.
@@ -166,10 +170,27 @@ impl<const N: usize> Halves<N> {
             loss: zz * z * polynomial(&Self::LOSS, N - 1, y, square),
         }
     }
+}
 
-    #[inline(never)]
-    fn out_of_line(r: f64) -> Values {
-        Self::at(r)
+/// The power law with the paper's exponent, 5/2. Of its own, so that it is inlined: values that travel through memory stall the
+/// pipeline for longer than the square root takes.
+#[derive(Clone, Debug)]
+pub struct FiveHalves;
+
+impl Backbone for FiveHalves {
+    #[inline(always)]
+    fn at(&self, r: f64) -> Values {
+        Halves::<5>::at(r)
+    }
+
+    #[inline(always)]
+    fn end(&self) -> Values {
+        Values { f: 1.0, slope: 0.0, integral: 5.0 / 7.0, loss: 3.0 / 7.0 }
+    }
+
+    #[inline(always)]
+    fn initial_slope(&self) -> f64 {
+        2.5
     }
 }
 
@@ -186,26 +207,29 @@ fn polynomial(c: &[f64; MOST_HALVES + 3], degree: usize, y: f64, square: f64) ->
 }
 
 impl Backbone for PowerLaw {
-    // Inlined for the paper's exponent: values that travel through memory stall the pipeline for longer than the
-    // square root takes.
-    #[inline(always)]
     fn at(&self, r: f64) -> Values {
         match self.halves {
             5 => Halves::<5>::at(r),
-            2 => Halves::<2>::out_of_line(r),
-            3 => Halves::<3>::out_of_line(r),
-            4 => Halves::<4>::out_of_line(r),
-            6 => Halves::<6>::out_of_line(r),
-            7 => Halves::<7>::out_of_line(r),
-            8 => Halves::<8>::out_of_line(r),
-            9 => Halves::<9>::out_of_line(r),
-            10 => Halves::<10>::out_of_line(r),
-            11 => Halves::<11>::out_of_line(r),
-            12 => Halves::<12>::out_of_line(r),
+            2 => Halves::<2>::at(r),
+            3 => Halves::<3>::at(r),
+            4 => Halves::<4>::at(r),
+            6 => Halves::<6>::at(r),
+            7 => Halves::<7>::at(r),
+            8 => Halves::<8>::at(r),
+            9 => Halves::<9>::at(r),
+            10 => Halves::<10>::at(r),
+            11 => Halves::<11>::at(r),
+            12 => Halves::<12>::at(r),
             _ => self.general(r),
         }
     }
 
+    #[inline(always)]
+    fn end(&self) -> Values {
+        self.end
+    }
+
+    #[inline]
     fn initial_slope(&self) -> f64 {
         self.chi
     }

@@ -14,23 +14,27 @@ pub struct Segalman {
     beta: f64,
     /// N, which makes f(1) = 1.
     norm: f64,
+    end: Values,
 }
 
 impl Segalman {
     /// Exponent `q` in (1, 2] and stiffness ratio `beta` >= 0 (of the element at r = 1 to all others).
     pub fn new(q: f64, beta: f64) -> Self {
-        Segalman {
+        let mut curve = Segalman {
             q,
             beta,
             norm: (q - 1.0) + beta * q,
-        }
+            end: Values::default(),
+        };
+        curve.end = curve.at(1.0);
+        curve
     }
 }
 
 impl Backbone for Segalman {
     #[inline]
     fn at(&self, r: f64) -> Values {
-        let Segalman { q, beta, norm } = *self;
+        let Segalman { q, beta, norm, .. } = *self;
         // The logarithm of 0 raises a floating-point flag that some hosts trap.
         let e = ((q - 1.0) * r.max(f64::MIN_POSITIVE).ln()).exp_m1();
         let square = r * r;
@@ -42,6 +46,12 @@ impl Backbone for Segalman {
         }
     }
 
+    #[inline(always)]
+    fn end(&self) -> Values {
+        self.end
+    }
+
+    #[inline]
     fn initial_slope(&self) -> f64 {
         self.q * (1.0 + self.beta) / self.norm
     }

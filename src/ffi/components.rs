@@ -1,6 +1,6 @@
 //! The interface form in a host's own vectors: which slot is which component, and in what scale.
 
-use super::user::write;
+use super::arguments::write;
 use crate::law::{InterfaceResponse, Law};
 use crate::memory::Vector;
 use libc::c_double;

@@ -3,10 +3,10 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 use super::guard;
-use super::native::status;
-use super::user::{array, null, write};
+use super::arguments::{array, null, write};
+use super::native::{MEPC_NOT_DESCRIBED, remember, status};
 use crate::error::{Error, Kind};
-use crate::iwan::{Direction, Fit, Iwan, PAPER_TOLERANCE, Record};
+use crate::iwan::{Direction, Iwan, Options, PAPER_TOLERANCE, Record, identify};
 use libc::c_double;
 use std::slice;
 
@@ -98,15 +98,17 @@ pub unsafe extern "C" fn mepc_iwan_force(
 
 /// The four parameters of the improved Iwan model from a measured loop.
 ///
-/// displacement, force: [n] in the order of time, one or more cycles of one amplitude about any centre; reversals are found
-/// in the data, first loading is left out, noise is allowed.
+/// displacement, force: [n] in the order of time, cycles of one or of several amplitudes about any centre; reversals are found
+/// in the data, noise is allowed. A time lag between the two is found and taken out.
 /// method: 0 least squares over all branches at once, 1 the paper's own procedure (residual line, where the data leave it,
 /// exponent by logarithms: rougher).
-/// params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL.
+/// params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL. misfit: root mean square residual
+/// over the force at the amplitude, or NULL.
 ///
 /// A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT, as is one that turns the
 /// wrong way, or that only a friction of more than twice the measured forces would resemble (viscous damping).
-/// Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_INPUT (mepc_last_error tells what is wrong with the data).
+/// Returns 0, MEPC_NOT_DESCRIBED (outputs are written, and must not be used without a look at the loop), or MEPC_NULL_POINTER,
+/// MEPC_BAD_INPUT (nothing is written; mepc_last_error tells what is wrong with the data).
 ///
 /// # Safety
 /// Arrays are as long as described.
@@ -118,6 +120,7 @@ pub unsafe extern "C" fn mepc_iwan_identify(
     method: i32,
     params: *mut c_double,
     standard_errors: *mut c_double,
+    misfit: *mut c_double,
 ) -> i32 {
     status(guard(|| {
         let points = points(n)?;
@@ -131,30 +134,32 @@ pub unsafe extern "C" fn mepc_iwan_identify(
         if params.is_null() {
             return Err(null("params"));
         }
+        let bad = |message: String| Error::new(Kind::BadInput, message);
+        if !(0..=1).contains(&method) {
+            return Err(bad(format!(
+                "method = {method}: must be 0 (least squares) or 1 (the paper's)"
+            )));
+        }
+        let found = identify(record, &Options::default())?;
         let fit = match method {
-            0 => record.least_squares()?,
-            1 => record.paper(PAPER_TOLERANCE)?,
-            _ => {
-                return Err(Error::new(
-                    Kind::BadInput,
-                    format!("method = {method}: must be 0 (least squares) or 1 (the paper's)"),
-                ));
-            }
+            0 => found.fit.clone(),
+            _ => found.record.paper(PAPER_TOLERANCE)?,
         };
-        refuse_extrapolation(&fit)?;
-        // SAFETY: four numbers each by the caller's word, or NULL.
+        let mut severe = found.fit.warnings.iter().filter(|w| w.reason().is_some());
+        // A caller who only looks at the status must not take an extrapolation for a result.
+        if let Some(warning) = severe.clone().find(|w| w.is_extrapolation()) {
+            return Err(bad(format!("force: {warning}")));
+        }
+        // SAFETY: four numbers each and one by the caller's word, or NULL.
         unsafe {
             write(params, &fit.joint.parameters());
             write(standard_errors, &fit.standard_errors);
+            write(misfit, &[fit.misfit()]);
+        }
+        if let Some(warning) = severe.next() {
+            remember(&bad(format!("force: {warning}")));
+            return Ok(MEPC_NOT_DESCRIBED);
         }
         Ok(0)
     }))
-}
-
-/// A caller who only looks at the status must not take an extrapolation for a result.
-fn refuse_extrapolation(fit: &Fit) -> Result<(), Error> {
-    match fit.warnings.iter().find(|w| w.is_severe()) {
-        None => Ok(()),
-        Some(warning) => Err(Error::new(Kind::BadInput, format!("force: {warning}"))),
-    }
 }

@@ -4,37 +4,78 @@
 //! layer of small strain. The names of symbols, properties and state variables are contracts.
 #![allow(non_upper_case_globals)]
 
+use super::arguments::{array, null, positive, read, write};
 use super::components::{Components, Operator, Order, consistent, sticking, uncoupled};
 use super::guard;
-use super::user::{self, CUTBACK, ThreadLaws, array, null, read, with_law, write};
+use super::laws::{ONE, TWO, ThreadLaws, with_law};
+use super::messages::note;
+use super::refusal::cut_back;
 use crate::error::{Error, Kind};
-use crate::law::{InterfaceResponse, Law};
+use crate::law::{InterfaceResponse, Law, Start};
 use crate::memory::Vector;
+use crate::number::finite;
+use crate::state::{End, HEADER};
 use libc::{c_char, c_double, c_int, c_ushort};
 use std::f64::consts::SQRT_2;
 use std::ffi::CStr;
-use std::ptr;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::{ptr, slice};
 
 /// State variables: the default sizes for two directions and for one.
-const STATE_TWO: usize = 64;
-const STATE_ONE: usize = 25;
+const STATE_TWO: usize = HEADER + 24 * 3;
+const STATE_ONE: usize = HEADER + 16 * 2;
 /// Room for a message and its end.
 const MESSAGE: usize = 512;
 
-/// The material properties in their order (the last one only for the layer), and what the library calls them.
-const PROPERTIES: [(&CStr, &str); 8] = [
-    (c"FrictionCoefficient", "PROPS(1) mu"),
-    (c"CriticalSlip", "PROPS(2) gcr"),
-    (c"Exponent", "PROPS(3) chi"),
-    (c"NormalStiffness", "PROPS(7) kn"),
-    (c"InitialGap", "PROPS(8) gap0"),
-    (c"Method", "PROPS(4) method"),
-    (c"PressureRule", "PROPS(5) pressure_rule"),
-    (c"Thickness", ""),
+/// The material properties of a point in their order (the last one only for the layer), and the entry of PROPS, from 0,
+/// that each one is; the thickness is none.
+const PROPERTIES: [(&CStr, usize); 7] = [
+    (c"FrictionCoefficient", 0),
+    (c"CriticalSlip", 1),
+    (c"Exponent", 2),
+    (c"NormalStiffness", 6),
+    (c"InitialGap", 7),
+    (c"ReferencePressure", 4),
+    (c"Thickness", usize::MAX),
 ];
-/// Place of the accumulated dissipation in a state.
-const DISSIPATED: usize = 3;
 const COHESIVE_PROPERTIES: usize = PROPERTIES.len() - 1;
+
+/// The parameters of a behaviour, the same for all points, and the entries of PROPS that they are. Their default is 0,
+/// which is PROPS' own.
+const PARAMETERS: [(&CStr, usize); 9] = [
+    (c"Method", 3),
+    (c"NormalExponent", 8),
+    (c"Backbone", 9),
+    (c"Beta", 10),
+    (c"Cohesion", 11),
+    (c"MaximalTraction", 12),
+    (c"LateFrictionCoefficient", 13),
+    (c"LateSlipLength", 14),
+    (c"Resolution", 15),
+];
+/// The entries of PROPS that are set.
+const PROPS: usize = 16;
+
+/// The values of a behaviour's parameters, by their bits.
+struct Parameters([AtomicU64; PARAMETERS.len()]);
+
+impl Parameters {
+    const fn new() -> Self {
+        Parameters([const { AtomicU64::new(0) }; PARAMETERS.len()])
+    }
+
+    /// Sets one; false when there is none of that name.
+    fn set(&self, name: &CStr, value: f64) -> bool {
+        let found = PARAMETERS.iter().position(|(known, _)| *known == name);
+        found
+            .inspect(|index| self.0[*index].store(value.to_bits(), Ordering::Relaxed))
+            .is_some()
+    }
+
+    fn get(&self, index: usize) -> f64 {
+        f64::from_bits(self.0[index].load(Ordering::Relaxed))
+    }
+}
 
 /// What a behaviour holds at one end of the time step.
 #[repr(C)]
@@ -90,10 +131,14 @@ enum Request {
 
 impl Request {
     fn new(k0: f64) -> Result<Self, Error> {
-        if !k0.is_finite() {
-            let message = format!("K[0] = {k0}: must be a finite number that asks for an operator");
-            return Err(Error::new(Kind::BadInput, message));
+        if !finite(k0) {
+            let expected = "must be a finite number that asks for an operator";
+            return Err(Error::about(Kind::BadInput, "K", expected)
+                .index(0)
+                .number(k0));
         }
+        // Not before: a compiler may compare first, and comparing a NaN raises a flag that hosts trap.
+        let k0 = std::hint::black_box(k0);
         // The speed of sound is asked for by 100 more; a contact has none.
         let k0 = if k0 > 50.0 { k0 - 100.0 } else { k0 };
         let stiffness = |size: f64| match size {
@@ -136,6 +181,31 @@ impl Behaviour {
         }
     }
 
+    /// The values of its parameters.
+    fn parameters(self) -> &'static Parameters {
+        static CONTACT: Parameters = Parameters::new();
+        static LAYER: Parameters = Parameters::new();
+        match self {
+            Behaviour::Contact => &CONTACT,
+            Behaviour::Layer => &LAYER,
+        }
+    }
+
+    /// Sets a parameter: 1 is success, 0 failure.
+    ///
+    /// # Safety
+    /// `name` is null or a C string.
+    unsafe fn set_parameter(self, name: *const c_char, value: c_double) -> c_int {
+        if name.is_null() {
+            return 0;
+        }
+        // SAFETY: a C string by the caller's word.
+        c_int::from(
+            self.parameters()
+                .set(unsafe { CStr::from_ptr(name) }, value),
+        )
+    }
+
     /// The body of the exported functions: 1 is success, -1 failure.
     ///
     /// # Safety
@@ -151,18 +221,21 @@ impl Behaviour {
         };
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe { self.update(data, laws) });
-        let Err(error) = outcome.map_err(|error| self.in_host_words::<N>(error)) else {
+        let Err(mut error) = outcome else {
             return 1;
         };
+        if error.argument == "PROPS" {
+            // The host has names for them, and its user knows no others.
+            error.name = "".into();
+        }
+        let host_name = |ours: &str, index| self.host_name::<N>(ours, index);
         // SAFETY: null or as the interface says.
         unsafe {
-            complain(data.error_message, &error);
-            // Not every host prints it.
-            super::host::note("MFront behaviour", &error);
-            if let Some(rdt) = data.rdt.as_mut() {
-                *rdt = rdt.min(CUTBACK);
-            }
+            complain(data.error_message, &error.words(host_name));
+            cut_back(data.rdt);
         }
+        // Not every host prints it.
+        note("MFront behaviour", &error, &host_name);
         -1
     }
 
@@ -181,9 +254,10 @@ impl Behaviour {
                 data.s1.material_properties,
                 self.properties(),
             )?;
-            let (props, thickness) = self.convert(given)?;
+            let thickness = given.get(COHESIVE_PROPERTIES).copied().unwrap_or(1.0);
+            let thickness = positive(Kind::BadProperty, "Thickness", thickness)?;
             let nstate = if N == 1 { STATE_ONE } else { STATE_TWO };
-            with_law(laws, &props, nstate, |law| {
+            with_law(laws, &self.props(given), nstate, |law| {
                 self.answer(data, law, request, thickness)
             })
         }
@@ -201,7 +275,9 @@ impl Behaviour {
         let (s0, s1) = (&data.s0, &data.s1);
         let components = self.components::<N>(thickness);
         let nstate = law.layout().nstate;
-        // SAFETY: sizes by the caller's word.
+        let (mut start, mut end) = (Start::new(), End::new());
+        // SAFETY: sizes by the caller's word; everything is read before anything is written, for a caller may use one
+        // array for both ends.
         unsafe {
             let gcr = law.critical_slip(0.0)?;
             let state0 = array(
@@ -209,13 +285,19 @@ impl Behaviour {
                 s0.internal_state_variables,
                 nstate,
             )?;
-            let start = array("s0.gradients", s0.gradients, components.size)?;
+            law.read(state0, &mut start)?;
+            let before = array("s0.gradients", s0.gradients, components.size)?;
+            let (normal_before, jump_before) = components.opening::<N>(before);
             let stiffness = match request {
                 Request::Predict(stiffness) => {
-                    let (normal, tangential) = components.opening::<N>(start);
-                    let mut unused = [0.0; STATE_TWO];
-                    let unused = &mut unused[..nstate];
-                    let response = law.interface(gcr, normal, &tangential, state0, unused)?;
+                    let response = law.interface_from(
+                        &mut start,
+                        gcr,
+                        normal_before,
+                        &jump_before,
+                        1.0,
+                        &mut end,
+                    )?;
                     Some(match stiffness {
                         Stiffness::Tangent => consistent(&response),
                         // Without an increment the secant is the stiffness of what sticks.
@@ -223,7 +305,7 @@ impl Behaviour {
                     })
                 }
                 Request::Integrate(stiffness) => {
-                    let end = array("s1.gradients", s1.gradients, components.size)?;
+                    let after = array("s1.gradients", s1.gradients, components.size)?;
                     let forces = array(
                         "s0.thermodynamic_forces",
                         s0.thermodynamic_forces,
@@ -235,39 +317,26 @@ impl Behaviour {
                     if s1.internal_state_variables.is_null() {
                         return Err(null("s1.internal_state_variables"));
                     }
-                    // A caller may use one array for both ends: the start is copied before the end is written.
-                    let (mut start_state, mut end_state) = ([0.0; STATE_TWO], [0.0; STATE_TWO]);
-                    start_state[..nstate].copy_from_slice(state0);
-                    let (normal, tangential) = components.opening::<N>(end);
-                    let response = law.interface(
-                        gcr,
-                        normal,
-                        &tangential,
-                        &start_state[..nstate],
-                        &mut end_state[..nstate],
-                    )?;
+                    let (normal, jump) = components.opening::<N>(after);
+                    let response =
+                        law.interface_from(&mut start, gcr, normal, &jump, 1.0, &mut end)?;
                     let operator = stiffness.map(|stiffness| match stiffness {
                         Stiffness::Elastic => sticking(law, gcr, &response),
                         Stiffness::Tangent => consistent(&response),
                         Stiffness::Secant => {
-                            let (_, before) = components.opening::<N>(start);
                             let (_, traction) = components.traction::<N>(forces);
-                            let slip = tangential - before;
+                            let slip = jump - jump_before;
                             let rise = response.friction.traction - traction;
                             secant(law, gcr, &response, &slip, &rise)
                         }
                     });
-                    write(s1.internal_state_variables, &end_state[..nstate]);
+                    let state1 = slice::from_raw_parts_mut(s1.internal_state_variables, nstate);
+                    law.layout().write(&end, state1);
                     components.write_forces(&response, s1.thermodynamic_forces);
-                    // Energies of the contact are per area, of a layer per volume.
-                    let dissipated = end_state[DISSIPATED];
-                    let volume = if self == Behaviour::Layer {
-                        thickness
-                    } else {
-                        1.0
-                    };
-                    write(s1.stored_energy, &[response.friction.stored / volume]);
-                    write(s1.dissipated_energy, &[dissipated / volume]);
+                    // Energies of the contact are per area, of a layer per volume; its thickness is 1 otherwise.
+                    let stored = response.friction.stored + response.normal_energy;
+                    write(s1.stored_energy, &[stored / thickness]);
+                    write(s1.dissipated_energy, &[end.header.dissipated / thickness]);
                     operator
                 }
             };
@@ -278,35 +347,35 @@ impl Behaviour {
         Ok(())
     }
 
-    /// A failure under the names that the host's user knows.
-    #[cold]
-    fn in_host_words<const N: usize>(self, error: Error) -> Error {
-        let slots = self.components::<N>(1.0).slots;
-        let mut error = user::in_host_words(error, |ours, index| match (ours, self) {
+    /// What the host's user calls an argument of the library.
+    fn host_name<const N: usize>(self, ours: &str, index: Option<usize>) -> Option<String> {
+        let index = index?;
+        match (ours, self) {
             ("opening", Behaviour::Contact) => Some(format!("OpeningDisplacement[{index}]")),
-            ("opening", Behaviour::Layer) => Some(format!("jump of Strain[{}]", slots.get(index)?)),
+            ("opening", Behaviour::Layer) => {
+                let slot = *self.components::<N>(1.0).slots.get(index)?;
+                Some(format!("jump of Strain[{slot}]"))
+            }
             ("state", _) => Some(format!("s0.internal_state_variables[{index}]")),
+            ("PROPS", _) => {
+                let mut names = PROPERTIES.iter().chain(&PARAMETERS);
+                let (name, _) = names.find(|(_, entry)| *entry == index)?;
+                Some(name.to_string_lossy().into_owned())
+            }
             _ => None,
-        });
-        for (theirs, ours) in &PROPERTIES[..COHESIVE_PROPERTIES] {
-            error.message = error.message.replace(ours, &theirs.to_string_lossy());
         }
-        error
     }
 
-    /// PROPS in the library's order, and the thickness of the layer (1 for the cohesive zone).
-    fn convert(self, given: &[f64]) -> Result<([f64; 8], f64), Error> {
-        let thickness = given.get(COHESIVE_PROPERTIES).copied().unwrap_or(1.0);
-        if !(thickness > 0.0 && thickness.is_finite()) {
-            return Err(Error::new(
-                Kind::BadProperty,
-                format!("Thickness = {thickness}: must be finite and > 0"),
-            ));
+    /// PROPS in the library's order.
+    fn props(self, given: &[f64]) -> [f64; PROPS] {
+        let mut props = [0.0; PROPS];
+        for ((_, entry), value) in PROPERTIES[..COHESIVE_PROPERTIES].iter().zip(given) {
+            props[*entry] = *value;
         }
-        // There is no characteristic length, so the fraction of it (PROPS 6) has no effect.
-        const FRACTION: f64 = 1.0;
-        let [mu, gcr, chi, kn, gap0, method, rule] = std::array::from_fn(|index| given[index]);
-        Ok(([mu, gcr, chi, method, rule, FRACTION, kn, gap0], thickness))
+        for (index, (_, entry)) in PARAMETERS.iter().enumerate() {
+            props[*entry] = self.parameters().get(index);
+        }
+        props
     }
 }
 
@@ -339,23 +408,19 @@ fn secant<const N: usize>(
 /// # Safety
 /// `message` is null or has room for 512 characters.
 #[cold]
-unsafe fn complain(message: *mut c_char, error: &Error) {
+unsafe fn complain(message: *mut c_char, words: &str) {
     if message.is_null() {
         return;
     }
-    let text = format!("mepc: {error}");
-    let text: Vec<u8> = text
-        .bytes()
-        .map(|byte| {
-            if byte.is_ascii() && byte != 0 {
-                byte
-            } else {
-                b'?'
-            }
-        })
-        .take(MESSAGE - 1)
-        .chain([0])
-        .collect();
+    let text = format!("mepc: {words}");
+    let ascii = text.bytes().map(|byte| {
+        if byte.is_ascii() && byte != 0 {
+            byte
+        } else {
+            b'?'
+        }
+    });
+    let text: Vec<u8> = ascii.take(MESSAGE - 1).chain([0]).collect();
     // SAFETY: no more than 512 characters, which there is room for by the caller's word.
     unsafe { message.copy_from_nonoverlapping(text.as_ptr().cast(), text.len()) }
 }
@@ -370,12 +435,12 @@ unsafe impl<T> Sync for Table<T> {}
 type Name = *const c_char;
 type Names<const L: usize> = Table<[Name; L]>;
 
-/// The first names of the material properties.
-const fn property_names<const L: usize>() -> Names<L> {
+/// The first names of a list of properties or parameters.
+const fn first_names<const L: usize>(list: &[(&'static CStr, usize)]) -> Names<L> {
     let mut names = [ptr::null(); L];
     let mut index = 0;
     while index < L {
-        names[index] = PROPERTIES[index].0.as_ptr();
+        names[index] = list[index].0.as_ptr();
         index += 1;
     }
     Table(names)
@@ -390,18 +455,18 @@ macro_rules! text {
 
 /// Names of the state variables, as mepc_state_name gives them (a test compares).
 macro_rules! state_names {
-    (base $($base:literal)*, knots $($knot:literal)*, directions $directions:tt) => {
+    ($($knot:literal)*, directions $directions:tt) => {
         Table(state_names!(@flatten
-            [text!("ContactStatus"), text!("Pressure"), text!("StoredEnergy"), text!("DissipatedEnergy"),
-             text!("SlipLength"), text!("TangentialJump1"), text!("TangentialJump2"), text!("FloatingKnots"),]
-            [$($base)*] [$($knot)*] $directions))
+            [text!("ContactStatus"), text!("Pressure"), text!("ShearLimit"), text!("StoredEnergy"),
+             text!("DissipatedEnergy"), text!("SlipLength"), text!("NormalOpening"), text!("TangentialJump1"),
+             text!("TangentialJump2"), text!("Forgotten"), text!("Knots"), text!("Layout"),]
+            [$($knot)*] $directions))
     };
-    (@flatten [$($header:tt)*] [$($base:literal)*] [$($knot:literal)*] 1) => {
-        [$($header)* $(text!("Base", $base, "_1"),)* $(text!("Knot", $knot, "_r"), text!("Knot", $knot, "_e1"),)*]
+    (@flatten [$($header:tt)*] [$($knot:literal)*] 1) => {
+        [$($header)* $(text!("Knot", $knot, "_R"), text!("Knot", $knot, "_u1"),)*]
     };
-    (@flatten [$($header:tt)*] [$($base:literal)*] [$($knot:literal)*] 2) => {
-        [$($header)* $(text!("Base", $base, "_1"), text!("Base", $base, "_2"),)*
-         $(text!("Knot", $knot, "_r"), text!("Knot", $knot, "_e1"), text!("Knot", $knot, "_e2"),)*]
+    (@flatten [$($header:tt)*] [$($knot:literal)*] 2) => {
+        [$($header)* $(text!("Knot", $knot, "_R"), text!("Knot", $knot, "_u1"), text!("Knot", $knot, "_u2"),)*]
     };
 }
 
@@ -411,6 +476,17 @@ macro_rules! symbol {
         #[doc = concat!("`", $behaviour, $name, "` of the generic interface.")]
         #[unsafe(export_name = concat!($behaviour, $name))]
         pub static $rust: $type = $value;
+    };
+}
+
+/// The defaults of the parameters.
+macro_rules! parameter_defaults {
+    ($behaviour:literal, $($rust:ident $name:literal),*) => {
+        $(
+            #[doc = concat!("The default of the parameter `", $name, "`: the library's own.")]
+            #[unsafe(export_name = concat!($behaviour, "_", $name, "_ParameterDefaultValue"))]
+            pub static $rust: c_double = 0.0;
+        )*
     };
 }
 
@@ -424,7 +500,7 @@ macro_rules! behaviour {
         pub mod $module {
             use super::*;
 
-            const PROPERTIES: usize = $kind.properties();
+            const COUNT: usize = $kind.properties();
 
             symbol!($behaviour, "_mfront_mkt", mkt: c_ushort = 1);
             symbol!($behaviour, "_mfront_interface", interface: Table<Name> = Table(text!("Generic")));
@@ -450,15 +526,18 @@ macro_rules! behaviour {
             symbol!($behaviour, "_nTangentOperatorBlocks", block_count: c_ushort = 2);
             symbol!($behaviour, "_TangentOperatorBlocks", blocks: Names<2> = Table([text!($force), text!($gradient)]));
 
-            symbol!($behaviour, "_nMaterialProperties", property_count: c_ushort = PROPERTIES as c_ushort);
-            symbol!($behaviour, "_MaterialProperties", properties: Names<PROPERTIES> = property_names());
+            symbol!($behaviour, "_nMaterialProperties", property_count: c_ushort = COUNT as c_ushort);
+            symbol!($behaviour, "_MaterialProperties", properties: Names<COUNT> = first_names(&super::PROPERTIES));
 
             symbol!($behaviour, "_nExternalStateVariables", external_count: c_ushort = 0);
             symbol!($behaviour, "_ExternalStateVariables", external: Table<*const Name> = Table(ptr::null()));
             symbol!($behaviour, "_ExternalStateVariablesTypes", external_types: Table<*const c_int> = Table(ptr::null()));
-            symbol!($behaviour, "_nParameters", parameter_count: c_ushort = 0);
-            symbol!($behaviour, "_Parameters", parameters: Table<*const Name> = Table(ptr::null()));
-            symbol!($behaviour, "_ParametersTypes", parameter_types: Table<*const c_int> = Table(ptr::null()));
+            symbol!($behaviour, "_nParameters", parameter_count: c_ushort = PARAMETERS.len() as c_ushort);
+            symbol!($behaviour, "_Parameters", parameters: Names<{ PARAMETERS.len() }> = first_names(&PARAMETERS));
+            symbol!($behaviour, "_ParametersTypes", parameter_types: [c_int; PARAMETERS.len()] = [0; PARAMETERS.len()]);
+            parameter_defaults!($behaviour, method "Method", normal_exponent "NormalExponent", backbone "Backbone",
+                beta "Beta", cohesion "Cohesion", cap "MaximalTraction", late_friction "LateFrictionCoefficient",
+                late_slip "LateSlipLength", resolution "Resolution");
             symbol!($behaviour, "_nInitializeFunctions", initialize_count: c_ushort = 0);
             symbol!($behaviour, "_InitializeFunctions", initialize: Table<*const Name> = Table(ptr::null()));
             symbol!($behaviour, "_nPostProcessings", post_count: c_ushort = 0);
@@ -481,10 +560,14 @@ macro_rules! behaviour {
             symbol!($behaviour, "_PlaneStrain_InternalStateVariablesTypes", state_types_2: [c_int; STATE_ONE] =
                 [0; STATE_ONE]);
 
-            /// There are no parameters: always 0, a failure.
+            /// Sets a parameter of all points: 1 is success, 0 failure. Its value is checked when it is used.
+            ///
+            /// # Safety
+            /// `name` is null or a C string.
             #[unsafe(export_name = concat!($behaviour, "_setParameter"))]
-            pub extern "C" fn set_parameter(_name: *const c_char, _value: c_double) -> c_int {
-                0
+            pub unsafe extern "C" fn set_parameter(name: *const c_char, value: c_double) -> c_int {
+                // SAFETY: the host's arguments.
+                unsafe { $kind.set_parameter(name, value) }
             }
 
             /// Integration in three dimensions: two tangential directions.
@@ -494,7 +577,7 @@ macro_rules! behaviour {
             #[unsafe(export_name = concat!($behaviour, "_Tridimensional"))]
             pub unsafe extern "C" fn tridimensional(data: *mut BehaviourData) -> c_int {
                 // SAFETY: the host's argument.
-                unsafe { $kind.call(data, &user::TWO) }
+                unsafe { $kind.call(data, &TWO) }
             }
 
             /// Integration in plane strain: one tangential direction.
@@ -504,15 +587,16 @@ macro_rules! behaviour {
             #[unsafe(export_name = concat!($behaviour, "_PlaneStrain"))]
             pub unsafe extern "C" fn plane_strain(data: *mut BehaviourData) -> c_int {
                 // SAFETY: the host's argument.
-                unsafe { $kind.call(data, &user::ONE) }
+                unsafe { $kind.call(data, &ONE) }
             }
         }
     };
 }
 
 const TWO_NAMES: Names<STATE_TWO> =
-    state_names!(base 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16, knots 1 2 3 4 5 6 7 8, directions 2);
-const ONE_NAMES: Names<STATE_ONE> = state_names!(base 1, knots 1 2 3 4 5 6 7 8, directions 1);
+    state_names!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24, directions 2);
+const ONE_NAMES: Names<STATE_ONE> =
+    state_names!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16, directions 1);
 
 behaviour!(
     contact, "MemoryPenaltyContact", Behaviour::Contact, type 3, kinematic 2,

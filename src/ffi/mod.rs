@@ -2,16 +2,28 @@
 //!
 //! Every exported function runs inside `guard`, so that no panic leaves the library.
 
+// What the faces share is all there in every build; a build without some of them does not use all of it.
+#![cfg_attr(
+    not(all(feature = "abaqus", feature = "umat", feature = "mfront")),
+    allow(dead_code, unused_imports, unused_macros)
+)]
+
+mod arguments;
 mod components;
+#[cfg(feature = "abaqus")]
 pub mod fric;
-mod host;
 pub mod iwan;
+mod laws;
+mod messages;
+#[cfg(feature = "mfront")]
 pub mod mfront;
 pub mod native;
-mod standard;
+mod refusal;
+#[cfg(feature = "abaqus")]
 pub mod uinter;
+#[cfg(feature = "umat")]
 pub mod umat;
-mod user;
+#[cfg(feature = "abaqus")]
 pub mod vfric;
 
 use crate::error::{Error, Kind};
@@ -25,11 +37,9 @@ pub(crate) fn guard<T>(body: impl FnOnce() -> Result<T, Error>) -> Result<T, Err
 
 #[cold]
 fn caught(payload: &(dyn Any + Send)) -> Error {
-    let text = payload
-        .downcast_ref::<&str>()
-        .copied()
-        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
-        .unwrap_or("panic without a message");
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_string());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    let text = text.unwrap_or_else(|| "panic without a message".to_string());
     Error::new(Kind::Internal, text)
 }
 
@@ -42,7 +52,7 @@ mod tests {
         let words = |outcome: Result<(), Error>| {
             let error = outcome.expect_err("a panic");
             assert_eq!(error.kind, Kind::Internal);
-            error.message
+            error.expected.to_string()
         };
         assert_eq!(words(guard(|| panic!("a str"))), "a str");
         assert_eq!(words(guard(|| panic!("a {}", "String"))), "a String");

@@ -3,38 +3,54 @@
 //! All 37 arguments of the usual list, of which few are touched: hosts pass null or stale pointers for the rest
 //! (docs/hosts.md). The routine has no way to refuse, so bad input ends the run, after a message.
 
+use super::arguments::{
+    Integer, Real, RealOut, Text, array, count, finite, fortran_name, null, properties, read,
+    routine,
+};
 use super::components::{Components, Order, consistent, sticking};
 use super::guard;
-use super::host::stop;
-use super::user::{self, StateCopy, array, count, null, properties, read, with_law};
+use super::laws::{ONE, TWO, with_law};
+use super::messages::stop;
 use crate::error::{Error, Kind};
-use crate::law::{Law, check_finite};
+use crate::law::{Law, Start};
 use crate::properties::COMMON;
-use libc::{c_char, c_double};
+use crate::state::End;
 use std::slice;
 
-/// This host's own properties follow the common ones: where the components are, and in what scale.
+/// This host's own properties, from 21 on.
+const NAMES: [&str; 5] = ["layout", "scale", "thickness", "tangent", "order"];
+
+/// What they say: where the components are, in what scale, and what DDSDDE is.
 struct Arrangement {
     components: Components,
     /// Tangential directions.
     directions: usize,
     /// Whether the sticking tangent is returned whatever slips.
     always_sticking: bool,
+    /// How DDSDDE lies in memory; None: as the symbol says.
+    order: Option<Order>,
 }
 
 impl Arrangement {
-    /// From PROPS 13 (layout), 14 (scale), 15 (thickness) and 16 (tangent), and the length of the host's vectors.
+    /// From PROPS and the length of the host's vectors.
     fn new(props: &[f64], ntens: usize) -> Result<Self, Error> {
-        let entry = |number: usize, default: f64| props.get(number - 1).copied().unwrap_or(default);
-        let bad = |number: usize, name: &str, allowed: &str| {
-            let value = entry(number, f64::NAN);
-            let message = format!("PROPS({number}) {name} = {value}: must be {allowed}");
-            Err(Error::new(Kind::BadProperty, message))
+        let mut own = [0.0; NAMES.len()];
+        for (own, given) in own.iter_mut().zip(props.iter().skip(COMMON)) {
+            *own = *given;
+        }
+        let bad = |index: usize, expected: &'static str| {
+            let error = Error::about(Kind::BadProperty, "PROPS", expected);
+            Err(error
+                .index(COMMON + index)
+                .name(NAMES[index])
+                .number(own[index]))
         };
-        let layout = entry(COMMON + 1, 0.0);
-        let scale = entry(COMMON + 2, 1.0);
-        let thickness = entry(COMMON + 3, 0.0);
-        let tangent = entry(COMMON + 4, 0.0);
+        if let Some(index) = own.iter().position(|value| finite("", *value).is_err()) {
+            return bad(index, "must be finite");
+        }
+        // Not before: a compiler may compare first, and comparing a NaN raises a flag that hosts trap.
+        let [layout, scale, thickness, tangent, order] = std::hint::black_box(own);
+        let scale = if scale == 0.0 { 1.0 } else { scale };
         // Per layout: the lengths of the host's vectors, and the slots of normal, shear 1, shear 2.
         let (sizes, slots, length): (&[usize], _, _) = if layout == 0.0 {
             (&[2, 3], [0, 1, 2], 1.0)
@@ -44,29 +60,34 @@ impl Arrangement {
             (&[6], [2, 4, 5], thickness)
         } else {
             return bad(
-                COMMON + 1,
-                "layout",
-                "0 (interface), 1 (interface in 6 slots) or 2 (thin layer)",
+                0,
+                "must be 0 (interface), 1 (interface in 6 slots) or 2 (thin layer)",
             );
         };
-        if !(scale > 0.0 && scale.is_finite()) {
-            return bad(COMMON + 2, "scale", "finite and > 0");
+        if !(1e-100..=1e100).contains(&scale) {
+            return bad(1, "must be 0 (1), or from 1e-100 to 1e100");
         }
-        if !(length > 0.0 && length.is_finite()) {
-            return bad(
-                COMMON + 3,
-                "thickness",
-                "given, finite and > 0 for a thin layer",
-            );
+        if !(1e-100..=1e100).contains(&length) {
+            return bad(2, "must be given, from 1e-100 to 1e100, for a thin layer");
         }
         if tangent != 0.0 && tangent != 1.0 {
-            return bad(COMMON + 4, "tangent", "0 (consistent) or 1 (sticking)");
+            return bad(3, "must be 0 (consistent) or 1 (sticking)");
         }
+        let order = if order == 0.0 {
+            None
+        } else if order == 1.0 {
+            Some(Order::RowMajor)
+        } else if order == 2.0 {
+            Some(Order::ColumnMajor)
+        } else {
+            return bad(
+                4,
+                "must be 0 (by symbol), 1 (row by row) or 2 (column by column)",
+            );
+        };
         if !sizes.contains(&ntens) {
-            return Err(Error::new(
-                Kind::BadInput,
-                format!("NTENS = {ntens}: PROPS(13) layout {layout} is for NTENS in {sizes:?}"),
-            ));
+            let expected = format!("must be in {sizes:?} for layout {layout} of PROPS(21)");
+            return Err(Error::about(Kind::BadInput, "NTENS", expected).count(ntens));
         }
         Ok(Arrangement {
             components: Components {
@@ -77,25 +98,36 @@ impl Arrangement {
             },
             directions: if ntens == 2 { 1 } else { 2 },
             always_sticking: tangent == 1.0,
+            order,
         })
+    }
+
+    /// What the host calls an argument of the library.
+    fn host_name(&self, ours: &str, index: Option<usize>) -> Option<String> {
+        match (ours, index) {
+            ("opening", Some(index)) => {
+                let slot = 1 + self.components.slots.get(index)?;
+                Some(format!("jump of STRAN({slot}) + DSTRAN({slot})"))
+            }
+            _ => fortran_name(ours, index),
+        }
     }
 }
 
-/// The arguments that are used.
-struct Arguments {
-    stress: *mut c_double,
-    statev: *mut c_double,
-    ddsdde: *mut c_double,
-    stran: *const c_double,
-    dstran: *const c_double,
-    ntens: *const i32,
-    nstatv: *const i32,
-    props: *const c_double,
-    nprops: *const i32,
-    noel: *const i32,
-    npt: *const i32,
-    kstep: *const i32,
-    kinc: *const i32,
+routine! {
+    /// UMAT: see docs/hosts.md for what each argument means and what is used.
+    ///
+    /// DDSDDE is column-major behind `umat_`, as Fortran's, and row-major behind `umat`, as C's; PROPS(25) may say
+    /// otherwise.
+    struct Arguments of umat_(Order::ColumnMajor), umat(Order::RowMajor);
+    take stress: RealOut, take statev: RealOut, take ddsdde: RealOut, skip sse: RealOut, skip spd: RealOut,
+    skip scd: RealOut, skip rpl: RealOut, skip ddsddt: RealOut, skip drplde: RealOut, skip drpldt: RealOut,
+    take stran: Real, take dstran: Real, skip time: Real, skip dtime: Real, skip temp: Real, skip dtemp: Real,
+    skip predef: Real, skip dpred: Real, skip cmname: Text, skip ndi: Integer, skip nshr: Integer,
+    take ntens: Integer, take nstatv: Integer, take props: Real, take nprops: Integer, skip coords: Real,
+    skip drot: Real, skip pnewdt: RealOut, skip celent: Real, skip dfgrd0: Real, skip dfgrd1: Real,
+    take noel: Integer, take npt: Integer, skip layer: Integer, skip kspt: Integer, take kstep: Integer,
+    take kinc: Integer,
 }
 
 impl Arguments {
@@ -104,26 +136,31 @@ impl Arguments {
     /// # Safety
     /// The pointers are what their names say, or null.
     unsafe fn run(&self, order: Order) {
+        let mut arrangement = None;
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe {
             let props = properties(self.props, self.nprops)?;
-            let arrangement = Arrangement::new(props, count("NTENS", self.ntens)?)?;
+            let arrangement =
+                arrangement.insert(Arrangement::new(props, count("NTENS", self.ntens)?)?);
             let nstate = count("NSTATV", self.nstatv)?;
             match arrangement.directions {
-                1 => with_law(&user::ONE, props, nstate, |law| {
-                    self.update(law, &arrangement, order)
+                1 => with_law(&ONE, props, nstate, |law| {
+                    self.update(law, arrangement, order)
                 }),
-                _ => with_law(&user::TWO, props, nstate, |law| {
-                    self.update(law, &arrangement, order)
+                _ => with_law(&TWO, props, nstate, |law| {
+                    self.update(law, arrangement, order)
                 }),
             }
         });
         if let Err(error) = outcome {
-            let error = user::in_host_words(error, user::common_name);
+            let words = error.words(|ours, index| match &arrangement {
+                Some(arrangement) => arrangement.host_name(ours, index),
+                None => fortran_name(ours, index),
+            });
             // SAFETY: null or readable.
             let number = |pointer| unsafe { read("", pointer) }.unwrap_or(0);
             stop(&format!(
-                "mepc UMAT: element {}, integration point {}, step {}, increment {}: {error}",
+                "mepc UMAT: element {}, integration point {}, step {}, increment {}: {words}",
                 number(self.noel),
                 number(self.npt),
                 number(self.kstep),
@@ -141,18 +178,21 @@ impl Arguments {
         order: Order,
     ) -> Result<(), Error> {
         let components = &arrangement.components;
+        let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them.
         unsafe {
             let gcr = law.critical_slip(0.0)?;
-            let mut copy = StateCopy::new();
-            let state0 = user::state("STATEV", law.layout(), self.statev, &mut copy)?;
+            law.read(
+                array("STATEV", self.statev, law.layout().used())?,
+                &mut start,
+            )?;
             let stran = array("STRAN", self.stran, components.size)?;
             let dstran = array("DSTRAN", self.dstran, components.size)?;
             let mut total = [0.0; 6];
             for slot in &components.slots[..1 + N] {
                 for (name, values) in [("STRAN", stran), ("DSTRAN", dstran)] {
-                    check_finite(&format_args!("{name}({})", slot + 1), values[*slot])?;
-                    total[*slot] += values[*slot];
+                    total[*slot] +=
+                        finite(name, values[*slot]).map_err(|error| error.index(*slot))?;
                 }
             }
             if self.stress.is_null() {
@@ -162,101 +202,22 @@ impl Arguments {
                 return Err(null("DDSDDE"));
             }
             let (normal, tangential) = components.opening::<N>(&total);
-            // Everything has been read: from here on STATEV is only written.
-            let state1 = slice::from_raw_parts_mut(self.statev, law.layout().nstate);
-            let response = law.interface(gcr, normal, &tangential, state0, state1);
-            let response = response.map_err(|error| {
-                user::in_host_words(error, |ours, index| {
-                    let slot = 1 + components.slots.get(index)?;
-                    (ours == "opening").then(|| format!("jump of STRAN({slot}) + DSTRAN({slot})"))
-                })
-            })?;
+            let response =
+                law.interface_from(&mut start, gcr, normal, &tangential, 1.0, &mut end)?;
             let operator = if arrangement.always_sticking {
                 sticking(law, gcr, &response)
             } else {
                 consistent(&response)
             };
             components.write_forces(&response, self.stress);
+            let order = arrangement.order.unwrap_or(order);
             components.write_operator::<N>(&operator, order, self.ddsdde);
+            // NSTATV numbers, all of them read: there is no other reference to them.
+            law.layout().write(
+                &end,
+                slice::from_raw_parts_mut(self.statev, law.layout().nstate),
+            );
         }
         Ok(())
     }
 }
-
-/// One definition for both symbols, which differ in the order of DDSDDE.
-macro_rules! export_umat {
-    ($symbol:ident, $order:expr, $words:literal) => {
-        /// UMAT: see docs/hosts.md for what each argument means and what is used.
-        #[doc = $words]
-        ///
-        /// The hidden length of CMNAME is not declared: it is not needed.
-        ///
-        /// # Safety
-        /// The arguments that are used (see docs/hosts.md) are as their names say; the others may be anything.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $symbol(
-            stress: *mut c_double,
-            statev: *mut c_double,
-            ddsdde: *mut c_double,
-            _sse: *mut c_double,
-            _spd: *mut c_double,
-            _scd: *mut c_double,
-            _rpl: *mut c_double,
-            _ddsddt: *mut c_double,
-            _drplde: *mut c_double,
-            _drpldt: *mut c_double,
-            stran: *const c_double,
-            dstran: *const c_double,
-            _time: *const c_double,
-            _dtime: *const c_double,
-            _temp: *const c_double,
-            _dtemp: *const c_double,
-            _predef: *const c_double,
-            _dpred: *const c_double,
-            _cmname: *const c_char,
-            _ndi: *const i32,
-            _nshr: *const i32,
-            ntens: *const i32,
-            nstatv: *const i32,
-            props: *const c_double,
-            nprops: *const i32,
-            _coords: *const c_double,
-            _drot: *const c_double,
-            _pnewdt: *mut c_double,
-            _celent: *const c_double,
-            _dfgrd0: *const c_double,
-            _dfgrd1: *const c_double,
-            noel: *const i32,
-            npt: *const i32,
-            _layer: *const i32,
-            _kspt: *const i32,
-            kstep: *const i32,
-            kinc: *const i32,
-        ) {
-            let arguments = Arguments {
-                stress,
-                statev,
-                ddsdde,
-                stran,
-                dstran,
-                ntens,
-                nstatv,
-                props,
-                nprops,
-                noel,
-                npt,
-                kstep,
-                kinc,
-            };
-            // SAFETY: the host's arguments.
-            unsafe { arguments.run($order) }
-        }
-    };
-}
-
-export_umat!(
-    umat_,
-    Order::ColumnMajor,
-    "DDSDDE is column-major, as Fortran's."
-);
-export_umat!(umat, Order::RowMajor, "DDSDDE is row-major, as C's.");

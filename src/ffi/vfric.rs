@@ -4,107 +4,200 @@
 //! over a block of contact points and take **forces** against the slip. Their first direction is that of the current
 //! slip and turns with every increment, so the memory is kept in a frame of its own, made from the normal.
 
-use super::guard;
-use super::host::{Place, Severity, report};
-use super::user::{
-    self, StateCopy, ThreadLaws, array, count, name, null, properties, read, with_law, write,
+use super::arguments::{
+    Integer, Real, RealOut, Text, array, count, finite, fortran_name, name, null, positive,
+    properties, read, routine, write,
 };
-use crate::error::{Error, Kind, numbers};
-use crate::law::{Law, SQUARED, check_finite, check_within, within};
+use super::guard;
+use super::laws::{ONE, TWO, ThreadLaws, mu_factor, with_law};
+use super::messages::{Place, Severity, report};
+use crate::error::{Error, Kind};
+use crate::law::{Law, SQUARED, Start, check_within};
 use crate::memory::Vector;
-use libc::{c_char, c_double};
+use crate::number::within;
+use crate::state::End;
 use std::slice;
 
 /// How far the length of a unit vector may be from one.
 const UNIT: f64 = 1e-3;
 
+/// How far the square of the length of one in single precision may be.
+const SINGLE: f64 = 1e-5;
+
 type Global = Vector<3>;
 
 /// One contact point of a block: what the two routines keep in different places.
 struct Contact {
-    state: *mut c_double,
+    state: RealOut,
     area: f64,
     /// The number by which the user knows the node.
     node: i32,
+    /// Where the predefined fields of the point are, and how far apart.
+    fields: Real,
+    stride: usize,
 }
 
-/// The arguments that both routines have, and where the rest of a point is.
-struct Block<P> {
+/// The arguments that both routines have.
+#[derive(Clone, Copy)]
+struct Block {
+    /// The routine and its names of the state, and of the numbers of states, of points and of predefined fields.
     routine: &'static str,
-    /// The routine's names of the state, and of the numbers of states and of points.
-    names: [&'static str; 3],
-    points: *const i32,
-    f_tangential: *mut c_double,
-    n_fric_dir: *const i32,
-    n_dir: *const i32,
-    n_states: *const i32,
-    props: *const c_double,
-    n_props: *const i32,
-    slip: *const c_double,
-    f_normal: *const c_double,
-    normal: *const c_double,
-    slip_direction: *const c_double,
-    interaction: *const c_char,
-    step: *const i32,
-    increment: *const i32,
-    /// State, area and number of point k (0-based) for states of a length.
-    contact: P,
+    state: &'static str,
+    states: (&'static str, Integer),
+    points: (&'static str, Integer),
+    fields: (&'static str, Integer),
+    field_name: &'static str,
+    f_tangential: RealOut,
+    n_fric_dir: Integer,
+    n_dir: Integer,
+    props: Real,
+    n_props: Integer,
+    slip: Real,
+    f_normal: Real,
+    normal: Real,
+    slip_direction: Real,
+    interaction: Text,
+    step: Integer,
+    increment: Integer,
 }
 
-impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
+/// A routine of Abaqus/Explicit for a block of contact points.
+trait Routine {
+    /// The arguments that both routines have.
+    fn block(&self) -> Block;
+
+    /// What the routine keeps of point `k` (from 0), for states of a length.
+    ///
+    /// # Safety
+    /// The pointers are what the host's manual says, or null.
+    unsafe fn contact(&self, k: usize, states: usize) -> Result<Contact, Error>;
+
+    /// Runs the routine.
+    ///
+    /// # Safety
+    /// As [`Routine::contact`].
+    unsafe fn run(&self) {
+        // SAFETY: as the caller says.
+        unsafe { self.block().run(&|k, states| self.contact(k, states)) }
+    }
+}
+
+impl Block {
     /// Runs the routine. There is no way to refuse: a point that fails is frictionless, after a message that asks the
     /// host to stop.
     ///
     /// # Safety
     /// The pointers are what the host's manual says, or null.
-    unsafe fn run(&self) {
+    unsafe fn run(&self, contact: &dyn Fn(usize, usize) -> Result<Contact, Error>) {
+        // SAFETY: as the caller says, here and below.
+        let single = unsafe { self.in_single_precision() };
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe {
+            if let Some(cosines) = single {
+                let expected =
+                    "must be in double precision, these are in single: run with double=both";
+                return Err(Error::about(Kind::BadInput, "dircosN", expected).numbers(&cosines));
+            }
             match (
                 read("nDir", self.n_dir)?,
                 read("nFricDir", self.n_fric_dir)?,
             ) {
-                (2, 1) => self.block(&user::ONE),
-                (3, 2) => self.block(&user::TWO),
-                (directions, tangential) => Err(Error::new(
-                    Kind::BadInput,
-                    format!(
-                        "nFricDir = {tangential} with nDir = {directions}: must be 1 with 2, or 2 with 3"
-                    ),
-                )),
+                (2, 1) => self.all(&ONE, contact),
+                (3, 2) => self.all(&TWO, contact),
+                (directions, tangential) => {
+                    let expected =
+                        format!("must be 1 with nDir = 2, or 2 with 3; nDir is {directions}");
+                    Err(Error::about(Kind::BadInput, "nFricDir", expected).count(tangential))
+                }
             }
         });
         if let Err(error) = outcome {
             // SAFETY: as the caller says. A second failure in here has nothing left to say.
             let _ = guard(|| unsafe {
                 self.tell(0, &error);
-                let numbers = count("", self.points)? * count("", self.n_fric_dir)?;
-                if !self.f_tangential.is_null() {
-                    slice::from_raw_parts_mut(self.f_tangential, numbers).fill(0.0);
+                let numbers = count("", self.points.1)? * count("", self.n_fric_dir)?;
+                if self.f_tangential.is_null() {
+                    return Ok(());
+                }
+                match single {
+                    Some(_) => {
+                        slice::from_raw_parts_mut(self.f_tangential.cast(), numbers).fill(0f32)
+                    }
+                    None => slice::from_raw_parts_mut(self.f_tangential, numbers).fill(0.0),
                 }
                 Ok(())
             });
         }
     }
 
+    /// The first normal as a host in single precision means it, None where the host is not one. It is a unit vector there,
+    /// and so is the direction of the slip, to the last digits of that precision; and two such numbers read as one of
+    /// double precision are less than 2^-7, as the second one holds its exponent.
+    ///
+    /// # Safety
+    /// As [`Block::run`].
+    unsafe fn in_single_precision(&self) -> Option<[f64; 3]> {
+        // SAFETY: as the caller says; what is read is half of the vectors in double precision, all of those in single.
+        unsafe {
+            let n = match read("", self.n_dir).ok()? {
+                2 => 2,
+                3 => 3,
+                _ => return None,
+            };
+            let unit = |vector: Real| {
+                if vector.is_null() {
+                    return None;
+                }
+                let cosines = slice::from_raw_parts(vector.cast::<f32>(), n);
+                let mut wide = [0.0; 3];
+                for (wide, narrow) in wide.iter_mut().zip(cosines) {
+                    // Compared by bits: half of a number in double precision may be anything.
+                    if narrow.to_bits() & 0x7fff_ffff > 1.001f32.to_bits() {
+                        return None;
+                    }
+                    *wide = f64::from(*narrow);
+                }
+                let square: f64 = wide.iter().map(|x| x * x).sum();
+                ((square - 1.0).abs() < SINGLE && within(*vector, 0.0079)).then_some(wide)
+            };
+            if read("", self.points.1).ok()? < 1 {
+                return None;
+            }
+            // Without slip it has no direction.
+            let still = |vector: Real| {
+                !vector.is_null()
+                    && slice::from_raw_parts(vector.cast::<u32>(), n)
+                        .iter()
+                        .all(|bits| *bits == 0)
+            };
+            if !still(self.slip_direction) {
+                unit(self.slip_direction)?;
+            }
+            unit(self.normal)
+        }
+    }
+
     /// # Safety
     /// As [`Block::run`], nFricDir = N.
-    unsafe fn block<const N: usize>(&self, laws: &'static ThreadLaws<N>) -> Result<(), Error> {
+    unsafe fn all<const N: usize>(
+        &self,
+        laws: &'static ThreadLaws<N>,
+        contact: &dyn Fn(usize, usize) -> Result<Contact, Error>,
+    ) -> Result<(), Error> {
         // SAFETY: sizes as the host declares them, throughout.
         unsafe {
             if self.f_tangential.is_null() {
                 return Err(null("fTangential"));
             }
-            let [_, n_states, n_points] = self.names;
-            let states = count(n_states, self.n_states)?;
+            let states = count(self.states.0, self.states.1)?;
             let props = properties(self.props, self.n_props)?;
             with_law(laws, props, states, |law| {
                 let gcr = law.critical_slip(0.0)?;
-                for k in 0..count(n_points, self.points)? {
+                for k in 0..count(self.points.0, self.points.1)? {
                     let mut node = 0;
-                    let force = (self.contact)(k, states).and_then(|contact| {
+                    let force = contact(k, states).and_then(|contact| {
                         node = contact.node;
-                        self.point(law, gcr, k, &contact)
+                        self.point(law, gcr, props, k, &contact)
                     });
                     let force = force.unwrap_or_else(|error| {
                         self.tell(node, &error);
@@ -125,23 +218,34 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
         &self,
         law: &Law<N>,
         gcr: f64,
+        props: &[f64],
         k: usize,
         contact: &Contact,
     ) -> Result<Vector<N>, Error> {
+        let (mut start, mut end) = (Start::new(), End::new());
         // SAFETY: sizes as the host declares them.
         unsafe {
-            let mut copy = StateCopy::new();
-            let state0 = user::state(self.names[0], law.layout(), contact.state, &mut copy)?;
-            let force = array("fNormal", self.f_normal, k + 1)?[k];
-            check_finite(&"fNormal", force)?;
-            let pressure = if force > 0.0 {
-                force / positive("the area of the contact point", contact.area)?
+            law.read(
+                array(self.state, contact.state, law.layout().used())?,
+                &mut start,
+            )?;
+            let fields = || count(self.fields.0, self.fields.1);
+            let place = |index| index * contact.stride;
+            let factor = mu_factor(props, fields, self.field_name, contact.fields, place)?;
+            let force = finite("fNormal", array("fNormal", self.f_normal, k + 1)?[k])?;
+            let (pressure, area) = if force > 0.0 {
+                let area = positive(
+                    Kind::BadInput,
+                    "the area of the contact point",
+                    contact.area,
+                )?;
+                (force / area, area)
             } else {
-                0.0
+                (0.0, 0.0)
             };
             let slip: Global = global(array("dSlipFric", self.slip, (k + 1) * (1 + N))?, k, 1 + N);
             for (index, value) in slip.iter().enumerate() {
-                check_within(&format_args!("dSlipFric({})", index + 1), *value, SQUARED)?;
+                check_within("dSlipFric", index, *value, SQUARED)?;
             }
             let normal = global(array("dircosN", self.normal, (k + 1) * (1 + N))?, k, 1 + N);
             let along = global(
@@ -160,14 +264,19 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
             let slip = along * slip.norm();
             let frame = frame::<N>(&normal);
             let increment = Vector::<N>::from_fn(|i, _| frame[i].dot(&slip));
-            // Everything has been read: from here on the state is only written.
-            let state1 = slice::from_raw_parts_mut(contact.state, law.layout().nstate);
-            let response = law.friction(gcr, &increment, pressure, state0, state1)?;
+            let response =
+                law.friction_from(&mut start, gcr, &increment, pressure, factor, &mut end)?;
             let traction = (frame.iter().zip(&response.traction))
                 .fold(Global::zeros(), |sum, (direction, t)| sum + direction * *t);
             let host = [along, normal.cross(&along)];
-            let area = if force > 0.0 { contact.area } else { 0.0 };
-            Ok(Vector::from_fn(|i, _| -area * traction.dot(&host[i])))
+            let force = Vector::<N>::from_fn(|i, _| -area * traction.dot(&host[i]));
+            finite("fNormal", force.sum()).map_err(|error| error.number(pressure * area))?;
+            // All of the state has been read: there is no other reference to it.
+            law.layout().write(
+                &end,
+                slice::from_raw_parts_mut(contact.state, law.layout().nstate),
+            );
+            Ok(force)
         }
     }
 
@@ -175,17 +284,21 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
     /// As [`Block::run`].
     #[cold]
     unsafe fn tell(&self, node: i32, error: &Error) {
-        let error = user::in_host_words(error.clone(), |ours, index| {
-            let [state, n_states, _] = self.names;
-            Some(match ours {
+        let host_name = |ours: &str, index| {
+            let theirs = match ours {
                 // The memory has directions of its own.
-                "slip_increment" => "a component of dSlipFric".to_string(),
-                "state" => format!("{state}({})", index + 1),
-                "nstate" => n_states.to_string(),
-                "nprops" => "nProps".to_string(),
-                _ => return None,
-            })
-        });
+                "slip_increment" => return Some("a component of dSlipFric".to_string()),
+                "pressure" => {
+                    return Some("fNormal over the area of the contact point".to_string());
+                }
+                "state" | "state0" => self.state,
+                "nstate" => self.states.0,
+                "nprops" => "nProps",
+                "mu_factor" => "predefined field that multiplies mu",
+                _ => ours,
+            };
+            fortran_name(theirs, index)
+        };
         // SAFETY: null, or as the host's manual says.
         unsafe {
             let contact = name(self.interaction);
@@ -198,7 +311,8 @@ impl<P: Fn(usize, usize) -> Result<Contact, Error>> Block<P> {
                     increment: read("", self.increment).unwrap_or(0),
                 },
                 Severity::Fatal,
-                &error,
+                error,
+                &host_name,
             );
         }
     }
@@ -210,30 +324,14 @@ fn global(columns: &[f64], k: usize, directions: usize) -> Global {
     Global::from_fn(|i, _| if i < directions { column[i] } else { 0.0 })
 }
 
-fn unit(name: &str, vector: Global) -> Result<Global, Error> {
+fn unit(name: &'static str, vector: Global) -> Result<Global, Error> {
     if vector.iter().all(|x| within(*x, 1.0 + UNIT)) {
         let length = vector.norm();
         if (length - 1.0).abs() < UNIT {
             return Ok(vector / length);
         }
     }
-    Err(Error::new(
-        Kind::BadInput,
-        format!(
-            "{name} = {:?}: must be a unit vector",
-            numbers(vector.as_slice())
-        ),
-    ))
-}
-
-fn positive(name: &str, value: f64) -> Result<f64, Error> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    Err(Error::new(
-        Kind::BadInput,
-        format!("{name} = {value}: must be finite and > 0"),
-    ))
+    Err(Error::about(Kind::BadInput, name, "must be a unit vector").numbers(vector.as_slice()))
 }
 
 /// N directions along a surface that depend on its normal alone, and smoothly.
@@ -259,223 +357,157 @@ fn frame<const N: usize>(normal: &Global) -> [Global; N] {
     })
 }
 
-/// One definition for both symbols: with the underscore that Fortran compilers on Linux append, and without.
-macro_rules! export_vfric {
-    ($symbol:ident) => {
-        /// VFRIC of Abaqus/Explicit (contact pairs): see docs/hosts.md.
-        ///
-        /// The hidden string lengths that follow the arguments are not declared: they are not needed.
-        ///
-        /// # Safety
-        /// Arguments are as the host's manual describes them, real numbers in double precision.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $symbol(
-            f_tangential: *mut c_double,
-            statev: *mut c_double,
-            k_step: *const i32,
-            k_inc: *const i32,
-            n_contact: *const i32,
-            _n_fac_nod: *const i32,
-            n_slv_nod: *const i32,
-            _n_mst_nod: *const i32,
-            n_fric_dir: *const i32,
-            n_dir: *const i32,
-            n_state_var: *const i32,
-            n_props: *const i32,
-            _n_temp: *const i32,
-            _n_pred: *const i32,
-            _num_def_tfv: *const i32,
-            j_slv_uid: *const i32,
-            _j_mst_uid: *const i32,
-            j_con_slvid: *const i32,
-            _j_con_mstid: *const i32,
-            _tim_step: *const c_double,
-            _tim_glb: *const c_double,
-            _d_tim_cur: *const c_double,
-            surf_int: *const c_char,
-            _surf_slv: *const c_char,
-            _surf_mst: *const c_char,
-            _l_con_type: *const i32,
-            d_slip_fric: *const c_double,
-            _f_stick_force: *const c_double,
-            _f_tang_prev: *const c_double,
-            f_normal: *const c_double,
-            _friction_work: *const c_double,
-            _shape: *const c_double,
-            _coord_slv: *const c_double,
-            _coord_mst: *const c_double,
-            dir_cos_sl: *const c_double,
-            dircos_n: *const c_double,
-            props: *const c_double,
-            area_slv: *const c_double,
-            _temp_slv: *const c_double,
-            _pre_def_slv: *const c_double,
-            _temp_mst: *const c_double,
-            _pre_def_mst: *const c_double,
-        ) {
+routine! {
+    /// VFRIC of Abaqus/Explicit (contact pairs), real numbers in double precision: see docs/hosts.md.
+    struct Vfric of vfric_(), vfric();
+    take f_tangential: RealOut, take statev: RealOut, take k_step: Integer, take k_inc: Integer,
+    take n_contact: Integer, skip n_fac_nod: Integer, take n_slv_nod: Integer, skip n_mst_nod: Integer,
+    take n_fric_dir: Integer, take n_dir: Integer, take n_state_var: Integer, take n_props: Integer,
+    skip n_temp: Integer, take n_pred: Integer, skip num_def_tfv: Integer, take j_slv_uid: Integer,
+    skip j_mst_uid: Integer, take j_con_slvid: Integer, skip j_con_mstid: Integer, skip tim_step: Real,
+    skip tim_glb: Real, skip d_tim_cur: Real, take surf_int: Text, skip surf_slv: Text, skip surf_mst: Text,
+    skip l_con_type: Integer, take d_slip_fric: Real, skip f_stick_force: Real, skip f_tang_prev: Real,
+    take f_normal: Real, skip friction_work: Real, skip shape: Real, skip coord_slv: Real, skip coord_mst: Real,
+    take dir_cos_sl: Real, take dircos_n: Real, take props: Real, take area_slv: Real, skip temp_slv: Real,
+    take pre_def_slv: Real, skip temp_mst: Real, skip pre_def_mst: Real,
+}
+
+impl Routine for Vfric {
+    fn block(&self) -> Block {
+        Block {
+            routine: "VFRIC",
+            state: "statev",
+            states: ("nStateVar", self.n_state_var),
+            points: ("nContact", self.n_contact),
+            fields: ("nPred", self.n_pred),
+            field_name: "preDefSlv",
+            f_tangential: self.f_tangential,
+            n_fric_dir: self.n_fric_dir,
+            n_dir: self.n_dir,
+            props: self.props,
+            n_props: self.n_props,
+            slip: self.d_slip_fric,
+            f_normal: self.f_normal,
+            normal: self.dircos_n,
+            slip_direction: self.dir_cos_sl,
+            interaction: self.surf_int,
+            step: self.k_step,
+            increment: self.k_inc,
+        }
+    }
+
+    unsafe fn contact(&self, k: usize, states: usize) -> Result<Contact, Error> {
+        // SAFETY: sizes as the host declares them; the node is checked.
+        unsafe {
             // States and areas belong to slave nodes: jConSlvid tells which one is in contact.
-            let contact = |k: usize, states: usize| {
-                // SAFETY: sizes as the host declares them; the node is checked.
-                unsafe {
-                    let nodes = read("nSlvNod", n_slv_nod)?;
-                    if j_con_slvid.is_null() {
-                        return Err(null("jConSlvid"));
-                    }
-                    let node = *j_con_slvid.add(k);
-                    if node < 1 || node > nodes {
-                        return Err(Error::new(
-                            Kind::BadInput,
-                            format!(
-                                "jConSlvid({}) = {node}: must be a slave node, 1 to {nodes}",
-                                k + 1
-                            ),
-                        ));
-                    }
-                    let index = node as usize - 1;
-                    if statev.is_null() {
-                        return Err(null("statev"));
-                    }
-                    Ok(Contact {
-                        state: statev.add(index * states),
-                        area: array("areaSlv", area_slv, index + 1)?[index],
-                        node: if j_slv_uid.is_null() {
-                            node
-                        } else {
-                            *j_slv_uid.add(index)
-                        },
-                    })
-                }
-            };
-            let block = Block {
-                routine: "VFRIC",
-                names: ["statev", "nStateVar", "nContact"],
-                points: n_contact,
-                f_tangential,
-                n_fric_dir,
-                n_dir,
-                n_states: n_state_var,
-                props,
-                n_props,
-                slip: d_slip_fric,
-                f_normal,
-                normal: dircos_n,
-                slip_direction: dir_cos_sl,
-                interaction: surf_int,
-                step: k_step,
-                increment: k_inc,
-                contact,
-            };
-            // SAFETY: the host's arguments.
-            unsafe { block.run() }
+            let nodes = read("nSlvNod", self.n_slv_nod)?;
+            if self.j_con_slvid.is_null() {
+                return Err(null("jConSlvid"));
+            }
+            let node = *self.j_con_slvid.add(k);
+            if node < 1 || node > nodes {
+                let expected = format!("must be a slave node, 1 to {nodes}");
+                return Err(Error::about(Kind::BadInput, "jConSlvid", expected)
+                    .index(k)
+                    .count(node));
+            }
+            let index = node as usize - 1;
+            if self.statev.is_null() {
+                return Err(null("statev"));
+            }
+            Ok(Contact {
+                state: self.statev.add(index * states),
+                area: array("areaSlv", self.area_slv, index + 1)?[index],
+                node: if self.j_slv_uid.is_null() {
+                    node
+                } else {
+                    *self.j_slv_uid.add(index)
+                },
+                fields: at(self.pre_def_slv, k),
+                stride: count("nContact", self.n_contact)?,
+            })
         }
-    };
+    }
 }
 
-export_vfric!(vfric_);
-export_vfric!(vfric);
+routine! {
+    /// VFRICTION of Abaqus/Explicit (general contact), real numbers in double precision: see docs/hosts.md.
+    struct Vfriction of vfriction_(), vfriction();
+    take f_tangential: RealOut, take state: RealOut, take n_block: Integer, skip n_block_anal: Integer,
+    skip n_block_edge: Integer, take n_nod_state: Integer, take n_nod_slv: Integer, skip n_nod_mst: Integer,
+    take n_fric_dir: Integer, take n_dir: Integer, take n_states: Integer, take n_props: Integer,
+    skip n_temp: Integer, take n_fields: Integer, take j_flags: Integer, skip r_data: Real, take surf_int: Text,
+    skip surf_slv: Text, skip surf_mst: Text, take j_con_slv_uid: Integer, skip j_con_mst_uid: Integer,
+    take props: Real, take d_slip_fric: Real, skip f_stick_force: Real, skip f_tang_prev: Real, take f_normal: Real,
+    take area_cont: Real, take dircos_n: Real, take dircos_sl: Real, skip shape_slv: Real, skip shape_mst: Real,
+    skip coord_slv: Real, skip coord_mst: Real, skip vel_slv: Real, skip vel_mst: Real, skip temp_slv: Real,
+    skip temp_mst: Real, take field_slv: Real, skip field_mst: Real,
+}
 
-/// As for VFRIC.
-macro_rules! export_vfriction {
-    ($symbol:ident) => {
-        /// VFRICTION of Abaqus/Explicit (general contact): see docs/hosts.md.
-        ///
-        /// The hidden string lengths that follow the arguments are not declared: they are not needed.
-        ///
-        /// # Safety
-        /// Arguments are as the host's manual describes them, real numbers in double precision.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $symbol(
-            f_tangential: *mut c_double,
-            state: *mut c_double,
-            n_block: *const i32,
-            _n_block_anal: *const i32,
-            _n_block_edge: *const i32,
-            n_nod_state: *const i32,
-            n_nod_slv: *const i32,
-            _n_nod_mst: *const i32,
-            n_fric_dir: *const i32,
-            n_dir: *const i32,
-            n_states: *const i32,
-            n_props: *const i32,
-            _n_temp: *const i32,
-            _n_fields: *const i32,
-            j_flags: *const i32,
-            _r_data: *const c_double,
-            surf_int: *const c_char,
-            _surf_slv: *const c_char,
-            _surf_mst: *const c_char,
-            j_con_slv_uid: *const i32,
-            _j_con_mst_uid: *const i32,
-            props: *const c_double,
-            d_slip_fric: *const c_double,
-            _f_stick_force: *const c_double,
-            _f_tang_prev: *const c_double,
-            f_normal: *const c_double,
-            area_cont: *const c_double,
-            dircos_n: *const c_double,
-            dircos_sl: *const c_double,
-            _shape_slv: *const c_double,
-            _shape_mst: *const c_double,
-            _coord_slv: *const c_double,
-            _coord_mst: *const c_double,
-            _vel_slv: *const c_double,
-            _vel_mst: *const c_double,
-            _temp_slv: *const c_double,
-            _temp_mst: *const c_double,
-            _field_slv: *const c_double,
-            _field_mst: *const c_double,
-        ) {
+impl Routine for Vfriction {
+    fn block(&self) -> Block {
+        Block {
+            routine: "VFRICTION",
+            state: "state",
+            states: ("nStates", self.n_states),
+            points: ("nBlock", self.n_block),
+            fields: ("nFields", self.n_fields),
+            field_name: "fieldSlv",
+            f_tangential: self.f_tangential,
+            n_fric_dir: self.n_fric_dir,
+            n_dir: self.n_dir,
+            props: self.props,
+            n_props: self.n_props,
+            slip: self.d_slip_fric,
+            f_normal: self.f_normal,
+            normal: self.dircos_n,
+            slip_direction: self.dircos_sl,
+            interaction: self.surf_int,
+            // jFlags: step, increment, type of contact.
+            step: self.j_flags,
+            increment: at(self.j_flags, 1),
+        }
+    }
+
+    unsafe fn contact(&self, k: usize, states: usize) -> Result<Contact, Error> {
+        // SAFETY: sizes as the host declares them.
+        unsafe {
             // A contact has nNodState states (4 where the slave is an edge); the first holds the memory.
-            let contact = |k: usize, states: usize| {
-                // SAFETY: sizes as the host declares them.
-                unsafe {
-                    let per_contact = count("nNodState", n_nod_state)?;
-                    if per_contact == 0 {
-                        let message = "nNodState = 0: must be >= 1";
-                        return Err(Error::new(Kind::BadInput, message));
-                    }
-                    if state.is_null() {
-                        return Err(null("state"));
-                    }
-                    Ok(Contact {
-                        state: state.add(k * states * per_contact),
-                        area: array("areaCont", area_cont, k + 1)?[k],
-                        node: if j_con_slv_uid.is_null() {
-                            0
-                        } else {
-                            *j_con_slv_uid.add(k * count("nNodSlv", n_nod_slv)?)
-                        },
-                    })
-                }
-            };
-            let block = Block {
-                routine: "VFRICTION",
-                names: ["state", "nStates", "nBlock"],
-                points: n_block,
-                f_tangential,
-                n_fric_dir,
-                n_dir,
-                n_states,
-                props,
-                n_props,
-                slip: d_slip_fric,
-                f_normal,
-                normal: dircos_n,
-                slip_direction: dircos_sl,
-                interaction: surf_int,
-                // jFlags: step, increment, type of contact.
-                step: j_flags,
-                increment: j_flags.wrapping_add(usize::from(!j_flags.is_null())),
-                contact,
-            };
-            // SAFETY: the host's arguments.
-            unsafe { block.run() }
+            let per_contact = count("nNodState", self.n_nod_state)?;
+            if per_contact == 0 {
+                return Err(Error::about(Kind::BadInput, "nNodState", "must be >= 1").count(0));
+            }
+            if self.state.is_null() {
+                return Err(null("state"));
+            }
+            Ok(Contact {
+                state: self.state.add(k * states * per_contact),
+                area: array("areaCont", self.area_cont, k + 1)?[k],
+                node: if self.j_con_slv_uid.is_null() {
+                    0
+                } else {
+                    *self
+                        .j_con_slv_uid
+                        .add(k * count("nNodSlv", self.n_nod_slv)?)
+                },
+                fields: match self.field_slv.is_null() {
+                    true => self.field_slv,
+                    false => at(self.field_slv, k * count("nFields", self.n_fields)?),
+                },
+                stride: 1,
+            })
         }
-    };
+    }
 }
 
-export_vfriction!(vfriction_);
-export_vfriction!(vfriction);
+/// Number `index` of an array that may not be there.
+fn at<T>(array: *const T, index: usize) -> *const T {
+    if array.is_null() {
+        array
+    } else {
+        array.wrapping_add(index)
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -5,11 +5,14 @@
 //! rough: where the data leave the line is a matter of tolerance (X_s comes out some per cent short, the more the larger
 //! chi), and the logarithms weigh the smallest differences most.
 
-use super::fit::{Fit, bad, student, two_lines};
+use super::fit::{Fit, bad, student};
+use super::least_squares::two_lines;
 use super::record::Record;
 use super::{CHI_OFFSET, Iwan};
 use crate::error::{Error, Kind};
 
+/// Branches of less than this part of the loop are left out.
+const COMPLETE: f64 = 0.9;
 /// The line is first laid through this last part of every branch.
 const LAST_PART: f64 = 0.25;
 /// The data leave the line where their running mean is away from it by this part of F_s, unless told otherwise.
@@ -88,7 +91,7 @@ impl Record {
         let joint = Iwan::new([force, onset, line.slope, chi - CHI_OFFSET])
             .map_err(|e| bad(&format!("the paper's procedure gives {e}")))?;
         let offset = 0.5 * (line.intercept[0] - line.intercept[1]);
-        let residuals = self.residuals(&joint, offset);
+        let residuals = self.residuals(&joint, offset)?;
         let spacing = points
             .windows(2)
             .filter(|pair| pair[1].x >= 0.8 * onset && pair[0].x <= 1.2 * onset)
@@ -105,6 +108,8 @@ impl Record {
         Ok(Fit {
             joint,
             offset,
+            stop: None,
+            peak: joint.peak_force(self.amplitude),
             standard_errors,
             intervals: std::array::from_fn(|i| {
                 [-1.0, 1.0].map(|sign| parameters[i] + sign * t * standard_errors[i])
@@ -115,12 +120,16 @@ impl Record {
         })
     }
 
+    /// The points of the branches that go from one end of the loop to the other.
     fn turned(&self) -> Vec<Point> {
-        self.branches
-            .iter()
+        let near = |length: f64| length >= COMPLETE * self.amplitude;
+        let whole = self.branches.iter().filter(|b| {
+            !b.virgin && near(b.amplitude) && near((b.start - self.centre).abs())
+        });
+        whole
             .flat_map(|branch| {
                 let sign = branch.direction.sign();
-                branch.points.iter().map(move |&index| {
+                branch.points().map(move |index| {
                     let x = self.displacement[index];
                     Point {
                         side: usize::from(sign < 0.0),
@@ -146,13 +155,12 @@ struct Line {
 impl Line {
     /// Through the points from half the distance `from` on.
     fn through(points: &[Point], from: f64) -> Result<Self, Error> {
-        let end: Vec<(usize, f64, f64)> = points
+        let end = points
             .iter()
             .filter(|p| p.x >= from)
-            .map(|p| (p.side, p.displacement, p.force))
-            .collect();
+            .map(|p| (p.side, p.displacement, p.force));
         let (solution, errors, scatter) =
-            two_lines(&end).ok_or_else(|| bad("too few points at the end of the branches"))?;
+            two_lines(end).ok_or_else(|| bad("too few points at the end of the branches"))?;
         let line = Line {
             intercept: [solution[0], solution[1]],
             intercept_error: [errors[0], errors[1]],

@@ -3,9 +3,8 @@
 //! The curve is 1-Lipschitz. So everything below the outermost element that slips, slips too, straight up to one front;
 //! above it stand the reversals that are still open.
 
-use super::{AT_APEX, Increment, NEGLIGIBLE, ON_CONE, Outcome};
-use crate::backbone::{Backbone, Over, Values};
-use crate::memory::{Matrix, Vector};
+use super::{AT_APEX, Increment, NEGLIGIBLE, ON_CONE, Outcome, cut, dissipation_of_dead, forget_least};
+use crate::backbone::{Backbone, Values};
 use crate::state::{Contact, Knot, Knots};
 
 /// An element slips when it is outside its limit by this part of it, and rounding cannot tell.
@@ -13,196 +12,174 @@ const OUTSIDE: f64 = 4e-16;
 /// An element this close to its limit slips when it is pushed outwards.
 const AT_LIMIT: f64 = 1e-14;
 
-/// A place on the curve with the backbone there.
-#[derive(Clone, Copy, Default)]
+/// A place on the curve at the end with the backbone there.
+#[derive(Default)]
 struct Place {
     r: f64,
     u: f64,
     at: Values,
 }
 
-/// Moves the curve `start` by an increment; `end`, empty before, gets the curve at the end.
+/// Moves the curve `start`, which is used up, by an increment; `end`, empty before, gets the curve at the end.
 #[inline(always)]
 pub fn step<B: Backbone>(
     backbone: &B,
     start: &mut Knots<1>,
     increment: &Increment<1>,
     end: &mut Knots<1>,
-) -> Outcome<1> {
+    outcome: &mut Outcome<1>,
+) {
     let (d, critical) = (increment.slip[0], increment.critical);
     let growth = critical - increment.before;
     let curve = backbone.over(critical);
     let initial_slope = curve.initial_slope();
-    let mut forgotten: f64 = 0.0;
 
     // 0. A new branch with no room for it: the least important knot goes before the step, so that one step and many agree.
     if start.len() == increment.room
         && start[0].u[0] * d < 0.0
         && start[0].u[0].abs() >= start[0].r * (1.0 - ON_CONE)
     {
-        forgotten = forget_least(&backbone.over(increment.before), start, 0);
+        outcome.forgotten = forget_least(&backbone.over(increment.before), start, 0);
     }
 
     // 1. Trial: every element moves by d, every limit by the growth.
-    let mut trial = Knots::<1>::new();
-    let (mut apex, mut dead, mut first) = (d, 0.0, 0);
+    let trial = start;
+    let (mut apex, mut dead) = (d, 0.0);
+    if growth < 0.0 {
+        let died = cut(trial, -growth);
+        let curve = backbone.over(increment.before);
+        dead = increment.limit_ratio * dissipation_of_dead(&curve, trial, died, -growth, &increment.slip);
+        trial.drain(..died.0);
+        apex += died.1[0];
+    }
+    for knot in trial.iter_mut() {
+        knot.r += growth;
+        knot.u[0] += d;
+    }
     if growth > 0.0 {
         // The old apex: below it, the elements born on the way lie on a straight line.
+        trial.insert(0, Knot { r: growth, u: [d] });
         apex = 0.0;
-        trial.push(Knot { r: growth, u: [d] });
-    } else if growth < 0.0 {
-        let died = Died::new(start, -growth);
-        (apex, first) = (died.cut + d, died.count);
-        dead = died.dissipation(&backbone.over(increment.before), start, d) * increment.limit_ratio;
     }
-    for knot in &start[first..] {
-        let (r, below) = (knot.r + growth, trial.last().map_or(0.0, |knot| knot.r));
-        if r > below {
-            trial.push(Knot { r, u: [knot.u[0] + d] });
-        }
-    }
-    match trial.last_mut() {
-        Some(last) => last.r = critical,
-        None => trial.push(Knot { r: critical, u: [apex] }),
-    }
+    let last = trial.len() - 1;
+    trial[last].r = critical;
 
     // 2. What slips, in direction s: all up to the outermost knot outside the cone.
     let s = 1f64.copysign(if growth > 0.0 { d } else { apex });
     let excess = |knot: &Knot<1>| s * knot.u[0] - knot.r;
-    let outwards = s * d > growth;
-    let slips = |knot: &Knot<1>| {
-        let excess = excess(knot);
-        excess > OUTSIDE * knot.r || (outwards && excess >= -AT_LIMIT * knot.r)
-    };
-    let slipping = trial.iter().rposition(slips).map_or(0, |index| index + 1);
-    let over = if growth > 0.0 { 0.0 } else { apex.abs() };
+    let speed = s * d - growth;
+    let reach = if speed > 0.0 { -AT_LIMIT } else { OUTSIDE };
+    let slipping = trial.iter().rposition(|knot| excess(knot) > reach * knot.r).map_or(0, |index| index + 1);
 
     // 3. Dissipation of what slips by e(R), over T; e is linear between the knots of the trial curve.
-    let mut work = Work::new(over, growth);
-    for knot in &trial[..slipping] {
-        work.up_to(knot.r, excess(knot).max(0.0), curve.at(knot.r));
+    let mut work = Work { excess: apex.abs(), ..Work::default() };
+    if growth != 0.0 {
+        work.squares = apex * apex * initial_slope;
+    }
+    for knot in &trial[..slipping.min(last)] {
+        work.up_to(knot.r, excess(knot).max(0.0), curve.at(knot.r), growth);
+    }
+    if slipping > last {
+        work.up_to(critical, excess(&trial[last]).max(0.0), curve.end(), growth);
+        outcome.traction[0] = s;
+        outcome.by_growth[0] = s * initial_slope;
+        outcome.stored = critical - curve.end().integral;
+        outcome.dissipated = work.done(speed, growth) + work.excess + dead;
+        outcome.contact = Contact::GrossSlip;
+        end.push(Knot { r: critical, u: [s * critical] });
+        return;
     }
 
     // 4. The front: e falls to zero along a straight line, and everything below it is on the cone.
-    let mut outcome = Outcome {
-        traction: Vector::<1>::zeros(),
-        by_slip: Matrix::<1>::zeros(),
-        by_growth: Vector::<1>::zeros(),
-        stored: 0.0,
-        dissipated: 0.0,
-        contact: Contact::Stick,
-        forgotten,
-    };
-    let mut last = Place::default();
-    if slipping == trial.len() {
-        let at = curve.at(critical);
-        outcome.traction[0] = s;
-        outcome.by_growth[0] = s * initial_slope;
-        outcome.stored = critical - at.integral;
-        outcome.dissipated = work.finish(initial_slope, s * d - growth) + work.excess + dead;
-        outcome.contact = Contact::GrossSlip;
-        end.push(Knot { r: critical, u: [s * critical] });
-        return outcome;
-    }
-    if slipping > 0 || over > 0.0 {
+    let mut below = Place::default();
+    let mut fronts = 0;
+    if work.excess > 0.0 || slipping > 0 {
         let above = &trial[slipping];
-        let part = work.excess / (work.excess - excess(above));
+        let part = work.excess / (work.excess - excess(above).min(0.0));
         let r = (work.r + (above.r - work.r) * part).min(above.r);
         let at = curve.at(r);
-        work.up_to(r, 0.0, at);
-        last = Place { r, u: s * r, at };
+        work.up_to(r, 0.0, at, growth);
+        below = Place { r, u: s * r, at };
         outcome.traction[0] = s * at.f;
         outcome.stored = r * at.f - at.integral;
-        outcome.by_slip[(0, 0)] = at.slope;
+        outcome.by_slip[0] = at.slope;
         outcome.by_growth[0] = s * (initial_slope - at.slope);
         outcome.contact = Contact::of(false, at.slope, initial_slope);
         if r > AT_APEX * critical {
-            end.push(Knot { r, u: [last.u] });
+            end.push(Knot { r, u: [below.u] });
+            fronts = 1;
         }
-    } else if growth > 0.0 {
-        // Nothing slips: the born elements share d in equal parts of the growth.
-        let stiffness = curve.at(growth).f / growth;
-        outcome.by_slip[(0, 0)] = stiffness;
-        outcome.by_growth[0] = d / growth * (initial_slope - stiffness);
     } else {
-        outcome.by_slip[(0, 0)] = initial_slope;
+        outcome.contact = Contact::Stick;
+        outcome.by_slip[0] = initial_slope;
+        if growth > 0.0 {
+            // Nothing slips: the born elements share d in equal parts of the growth.
+            outcome.by_slip[0] = curve.at(growth).f / growth;
+            outcome.by_growth[0] = d / growth * (initial_slope - outcome.by_slip[0]);
+        }
     }
-    outcome.dissipated = work.finish(initial_slope, s * d - growth) + dead;
+    outcome.dissipated = work.done(speed, growth) + dead;
 
     // 5. What sticks has moved with d: Eqs. (1) and (2), segment by segment. A knot that does not matter any more goes.
-    for index in slipping..trial.len() {
-        let knot = &trial[index];
+    for (index, knot) in trial.iter().enumerate().skip(slipping) {
         let (r, u) = (knot.r, knot.u[0]);
-        let at = curve.at(r);
-        if let Some(above) = trial.get(index + 1) {
-            let (low, high) = (r - last.r, above.r - r);
-            let off = ((u - last.u) * high - (above.u[0] - u) * low).abs();
-            // Its distance from the chord alone nearly always tells that it matters.
-            if low <= AT_APEX * critical {
-                continue;
+        let low = r - below.r;
+        if low <= AT_APEX * critical {
+            if index == last {
+                // The front is on the last knot.
+                end.pop();
+                end.push(*knot);
             }
+            continue;
+        }
+        let at = if index == last { curve.end() } else { curve.at(r) };
+        if index < last {
+            let above = &trial[index + 1];
+            let high = above.r - r;
+            let off = ((u - below.u) * high - (above.u[0] - u) * low).abs();
+            // Its distance from the chord alone nearly always tells that it matters.
             if off <= 1e-9 * low * high {
-                let kink = ((at.f - last.at.f) * high - (curve.at(above.r).f - at.f) * low).abs();
+                let kink = ((at.f - below.at.f) * high - (curve.at(above.r).f - at.f) * low).abs();
                 if off * kink < NEGLIGIBLE * low * high * (low + high) {
                     continue;
                 }
             }
-        } else if r - last.r <= AT_APEX * critical {
-            // The front is on the last knot.
-            end.pop();
-            end.push(*knot);
-            break;
         }
-        let m = (u - last.u) / (r - last.r);
-        outcome.traction[0] += m * (at.f - last.at.f);
-        outcome.stored += m * (at.f * u - last.at.f * last.u) - m * m * (at.integral - last.at.integral);
-        last = Place { r, u, at };
+        let m = (u - below.u) / low;
+        outcome.traction[0] += m * (at.f - below.at.f);
+        outcome.stored += m * (at.f * u - below.at.f * below.u) - m * m * (at.integral - below.at.integral);
+        below = Place { r, u, at };
         end.push(*knot);
     }
 
     // 6. When they are too many the least important goes, the front never.
-    let kept = usize::from(slipping > 0 || over > 0.0);
     while end.len() > increment.room {
-        outcome.forgotten = outcome.forgotten.max(forget_least(&curve, end, kept));
+        outcome.forgotten = outcome.forgotten.max(forget_least(&curve, end, fronts));
     }
-    outcome
 }
 
 /// The work of slip: D / T = sum (e_a - e_b)/h (L_b - L_a) - growth/2 int e theta k dR, where theta = e / (s d - growth) is the
 /// share of the step in which an element slips (its limit grows meanwhile) and k = -f'' the stiffness of the elements.
+#[derive(Default)]
 struct Work {
-    growth: f64,
+    /// The place reached, and e there.
     r: f64,
     excess: f64,
     at: Values,
-    dissipated: f64,
-    /// int e^2 k dR but for its end at the apex.
+    /// The first sum.
+    sum: f64,
+    /// int e^2 k dR.
     squares: f64,
-    at_apex: f64,
 }
 
 impl Work {
-    /// `excess`: e at the apex.
-    #[inline(always)]
-    fn new(excess: f64, growth: f64) -> Self {
-        Work {
-            growth,
-            r: 0.0,
-            excess,
-            at: Values::default(),
-            dissipated: 0.0,
-            squares: 0.0,
-            at_apex: excess,
-        }
-    }
-
     /// Goes on to the place R where the excess is e.
     #[inline(always)]
-    fn up_to(&mut self, r: f64, e: f64, at: Values) {
+    fn up_to(&mut self, r: f64, e: f64, at: Values, growth: f64) {
         if r > self.r {
             let fall = (self.excess - e) / (r - self.r);
-            self.dissipated += fall * (at.loss - self.at.loss);
-            if self.growth != 0.0 {
+            self.sum += fall * (at.loss - self.at.loss);
+            if growth != 0.0 {
                 self.squares -= 2.0 * fall * (e * at.f - self.excess * self.at.f)
                     + 2.0 * fall * fall * (at.integral - self.at.integral);
             }
@@ -212,94 +189,10 @@ impl Work {
 
     /// `speed`: how fast an element leaves its limit in the whole step, s d - growth.
     #[inline(always)]
-    fn finish(&self, initial_slope: f64, speed: f64) -> f64 {
-        if self.growth == 0.0 || speed <= 0.0 {
-            return self.dissipated;
+    fn done(&self, speed: f64, growth: f64) -> f64 {
+        if growth == 0.0 || speed <= 0.0 {
+            return self.sum;
         }
-        let squares = self.squares + self.at_apex * self.at_apex * initial_slope;
-        self.dissipated - self.growth / 2.0 * squares / speed
+        self.sum - 0.5 * growth * self.squares / speed
     }
-}
-
-/// The elements that die at the apex when the cone shrinks.
-struct Died {
-    /// How far the apex moves into the old curve, length.
-    depth: f64,
-    /// How many old knots die.
-    count: usize,
-    /// The old curve's deflection at that depth.
-    cut: f64,
-}
-
-impl Died {
-    fn new(start: &Knots<1>, depth: f64) -> Self {
-        let mut below = Knot { r: 0.0, u: [0.0] };
-        let mut count = 0;
-        while count + 1 < start.len() && start[count].r <= depth {
-            below = start[count];
-            count += 1;
-        }
-        let above = start[count];
-        let part = (depth - below.r) / (above.r - below.r);
-        let cut = below.u[0] + part * (above.u[0] - below.u[0]);
-        Died { depth, count, cut }
-    }
-
-    /// What they dissipate, over the old T: an element of limit R dies when the share R / depth of the step is done, with
-    /// v = u + d R / depth, and has slipped by |v| in the share theta = v / c, c = s d + depth. The integral over the dead of
-    /// depth/2 v theta k dR.
-    #[cold]
-    fn dissipation<B: Backbone>(&self, curve: &Over<'_, B>, start: &Knots<1>, d: f64) -> f64 {
-        let mut sum = 0.0;
-        let mut segment = |a: &Place, b: &Place| {
-            let speed = d * 1f64.copysign(a.u + b.u) + self.depth;
-            if b.r > a.r && speed > 0.0 {
-                let m = (b.u - a.u) / (b.r - a.r);
-                let ends = b.u * b.u * b.at.slope - a.u * a.u * a.at.slope;
-                let middle = 2.0 * m * (b.u * b.at.f - a.u * a.at.f)
-                    - 2.0 * m * m * (b.at.integral - a.at.integral);
-                sum += (middle - ends) / speed;
-            }
-        };
-        let mut below = Place {
-            at: curve.at(0.0),
-            ..Place::default()
-        };
-        let cut = Knot { r: self.depth, u: [self.cut] };
-        for knot in start[..self.count].iter().chain([&cut]) {
-            let u = knot.u[0] + d * (knot.r / self.depth);
-            let place = Place { r: knot.r, u, at: curve.at(knot.r) };
-            if below.u * u < 0.0 {
-                // Theta changes its sign where v does.
-                let r = below.r + below.u / (below.u - u) * (place.r - below.r);
-                let zero = Place { r, u: 0.0, at: curve.at(r) };
-                segment(&below, &zero);
-                segment(&zero, &place);
-            } else {
-                segment(&below, &place);
-            }
-            below = place;
-        }
-        sum * self.depth / 2.0
-    }
-}
-
-/// Drops the knot, from number `first` on and below the last, that changes the traction least; gives that part of T.
-#[cold]
-fn forget_least<B: Backbone>(curve: &Over<'_, B>, knots: &mut Knots<1>, first: usize) -> f64 {
-    let (mut least, mut index) = (f64::INFINITY, first);
-    for k in first..knots.len().saturating_sub(1) {
-        let a = k.checked_sub(1).map_or(Knot { r: 0.0, u: [0.0] }, |below| knots[below]);
-        let (b, c) = (knots[k], knots[k + 1]);
-        let (low, high) = (b.r - a.r, c.r - b.r);
-        let [fa, fb, fc] = [a.r, b.r, c.r].map(|r| curve.at(r).f);
-        let off = (b.u[0] - a.u[0]) * high - (c.u[0] - b.u[0]) * low;
-        let kink = (fb - fa) * high - (fc - fb) * low;
-        let importance = (off * kink).abs() / (low * high * (low + high));
-        if importance < least {
-            (least, index) = (importance, k);
-        }
-    }
-    knots.remove(index);
-    least
 }

@@ -19,8 +19,8 @@
 pub mod line;
 pub mod plane;
 
-use crate::backbone::Backbone;
-use crate::state::{Contact, Knots};
+use crate::backbone::{Backbone, Over, Values};
+use crate::state::{Contact, Knot, Knots};
 use nalgebra::{SMatrix, SVector};
 use std::any::Any;
 
@@ -38,8 +38,9 @@ const ON_CONE: f64 = 1e-6;
 /// The largest part of the sticking stiffness that may have slipped in a contact called sticking.
 const STICK: f64 = 0.99;
 
-/// A slip increment together with a change of the critical slip. All lengths have one unit, in which G is about 1.
-#[derive(Clone, Copy, Debug)]
+/// A slip increment together with a change of the critical slip. All lengths have one unit, in which fourth powers of G and
+/// of the slip are numbers.
+#[derive(Debug)]
 pub struct Increment<const N: usize> {
     /// d: slip, length.
     pub slip: Vector<N>,
@@ -58,7 +59,7 @@ pub struct Increment<const N: usize> {
 }
 
 /// What an increment gives. Tractions over T, lengths in the unit of the increment.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Outcome<const N: usize> {
     /// tau / T.
     pub traction: Vector<N>,
@@ -76,6 +77,22 @@ pub struct Outcome<const N: usize> {
     pub forgotten: f64,
 }
 
+impl<const N: usize> Outcome<N> {
+    /// All zero.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Outcome {
+            traction: Vector::zeros(),
+            by_slip: Matrix::zeros(),
+            by_growth: Vector::zeros(),
+            stored: 0.0,
+            dissipated: 0.0,
+            contact: Contact::Open,
+            forgotten: 0.0,
+        }
+    }
+}
+
 impl Contact {
     /// Gross slip when the end of the curve slipped; otherwise by how much of the stiffness has slipped.
     fn of(gross: bool, slope_at_front: f64, initial_slope: f64) -> Self {
@@ -89,36 +106,114 @@ impl Contact {
     }
 }
 
-/// Moves the curve `start` by an increment; `end`, empty before, gets the curve at the end. N is 1 or 2.
+/// Moves the curve `start`, which is used up, by an increment; `end`, empty before, gets the curve at the end, and
+/// `outcome`, all zero before, what the increment gives. N is 1 or 2.
 #[inline(always)]
 pub fn step<B: Backbone, const N: usize>(
     backbone: &B,
     start: &mut Knots<N>,
-    increment: &Increment<N>,
+    increment: &mut Increment<N>,
     end: &mut Knots<N>,
-) -> Outcome<N> {
+    outcome: &mut Outcome<N>,
+) {
     // Which N it is, is known when this is compiled.
-    let mut outcome: Option<Outcome<N>> = None;
-    if let (Some(outcome), Some(start), Some(increment), Some(end)) = (
-        same::<_, Option<Outcome<1>>>(&mut outcome),
-        same(start),
-        same(&mut increment.clone()),
-        same(end),
-    ) {
-        *outcome = Some(line::step(backbone, start, increment, end));
-    } else if let (Some(outcome), Some(start), Some(increment), Some(end)) = (
-        same::<_, Option<Outcome<2>>>(&mut outcome),
-        same(start),
-        same(&mut increment.clone()),
-        same(end),
-    ) {
-        *outcome = Some(plane::step(backbone, start, increment, end));
+    if let Some(start) = same(start)
+        && let (Some(increment), Some(end), Some(outcome)) = (same(increment), same(end), same(outcome))
+    {
+        line::step(backbone, start, increment, end, outcome);
+    } else if let Some(start) = same(start)
+        && let (Some(increment), Some(end), Some(outcome)) = (same(increment), same(end), same(outcome))
+    {
+        plane::step(backbone, start, increment, end, outcome);
     }
-    outcome.expect("a law has one direction or two")
 }
 
 /// A value as what it is.
 #[inline(always)]
 fn same<A: 'static, B: 'static>(value: &mut A) -> Option<&mut B> {
     (value as &mut dyn Any).downcast_mut()
+}
+
+/// Where the apex moves to in a curve whose cone shrinks by `depth`: how many knots die, and the deflection there.
+#[inline(always)]
+fn cut<const N: usize>(knots: &Knots<N>, depth: f64) -> (usize, Vector<N>) {
+    let (mut r, mut u) = (0.0, Vector::zeros());
+    let mut count = 0;
+    while count + 1 < knots.len() && knots[count].r <= depth {
+        (r, u) = (knots[count].r, knots[count].u.into());
+        count += 1;
+    }
+    let above = &knots[count];
+    let part = (depth - r) / (above.r - r);
+    (count, u * (1.0 - part) + Vector::from(above.u) * part)
+}
+
+/// What the dead dissipate, over the old T: an element of limit R dies when the share R / depth of the step is done, with
+/// v = u + d R / depth, and slips |v| in the share |v| / c before, c = d.v/|v| + depth: depth/2 int v.(v/c) k dR. `curve` is the
+/// backbone before, `died` and `cut` what [`cut`] gave.
+#[cold]
+fn dissipation_of_dead<B: Backbone, const N: usize>(
+    curve: &Over<'_, B>,
+    knots: &Knots<N>,
+    (died, cut): (usize, Vector<N>),
+    depth: f64,
+    d: &Vector<N>,
+) -> f64 {
+    let mut below = (0.0, Vector::zeros(), Vector::zeros(), Values::default());
+    let mut sum = 0.0;
+    let mut to = |r: f64, v: Vector<N>| {
+        let length = v.norm();
+        let speed = if length > 0.0 { v.dot(d) / length + depth } else { depth };
+        // No element slips for longer than the step.
+        let shared = v / speed.max(length).max(f64::MIN_POSITIVE);
+        let at = curve.at(r);
+        let (r0, v0, shared0, at0) = below;
+        if r > r0 {
+            let (slope, slope_shared) = ((v - v0) / (r - r0), (shared - shared0) / (r - r0));
+            sum += slope.dot(&(shared * at.f - shared0 * at0.f))
+                + slope_shared.dot(&(v * at.f - v0 * at0.f))
+                - 2.0 * slope.dot(&slope_shared) * (at.integral - at0.integral);
+        }
+        below = (r, v, shared, at);
+    };
+    let mut previous = (0.0, Vector::zeros());
+    let cut = Knot { r: depth, u: cut.into() };
+    for knot in knots[..died].iter().chain([&cut]) {
+        let v = Vector::from(knot.u) + d * (knot.r / depth);
+        // Where |v| is least its direction changes fast.
+        let rise = v - previous.1;
+        let (along, squared) = (-previous.1.dot(&rise), rise.norm_squared());
+        if along > 0.0 && along < squared {
+            let part = along / squared;
+            to(previous.0 + part * (knot.r - previous.0), previous.1 + rise * part);
+        }
+        to(knot.r, v);
+        previous = (knot.r, v);
+    }
+    let (_, v, shared, at) = below;
+    (sum - v.dot(&shared) * at.slope) * depth / 2.0
+}
+
+/// Drops the knot, from number `first` on and below the last, that changes the traction least; gives that part of T:
+/// |off the chord| |kink of f|.
+#[cold]
+fn forget_least<B: Backbone, const N: usize>(curve: &Over<'_, B>, knots: &mut Knots<N>, first: usize) -> f64 {
+    let (mut least, mut index) = (f64::INFINITY, first);
+    let mut below = (Knot { r: 0.0, u: [0.0; N] }, 0.0);
+    for k in 0..knots.len() - 1 {
+        let (b, c) = (knots[k], knots[k + 1]);
+        let (a, fa) = below;
+        let [fb, fc] = [b.r, c.r].map(|r| curve.at(r).f);
+        let (low, high) = (b.r - a.r, c.r - b.r);
+        let kink = (fb - fa) / low - (fc - fb) / high;
+        let part = low / (low + high);
+        let off = Vector::from(b.u) - Vector::from(a.u) * (1.0 - part) - Vector::from(c.u) * part;
+        let importance = off.norm() * kink.abs();
+        if k >= first && importance < least {
+            (least, index) = (importance, k);
+        }
+        below = (b, fb);
+    }
+    knots.remove(index);
+    least
 }

@@ -4,7 +4,7 @@
 //! and where the direction changes along the curve, slipping segments are halved until the chord hides nothing that
 //! matters at the amplitude at hand.
 
-use super::{AT_APEX, Increment, Matrix, NEGLIGIBLE, ON_CONE, Outcome, Vector};
+use super::{AT_APEX, Increment, Matrix, NEGLIGIBLE, ON_CONE, Outcome, Vector, cut, dissipation_of_dead, forget_least};
 use crate::backbone::{Backbone, Over, Values};
 use crate::state::{Contact, Knot, Knots, MAX_KNOTS};
 use arrayvec::ArrayVec;
@@ -23,8 +23,10 @@ const SAME: f64 = 1e-12;
 const SHORT: f64 = 1e-8;
 /// How often a segment may be halved.
 const HALVINGS: usize = 9;
-/// Room for what one increment makes of a full state: fronts in every segment, and middles.
-const NODES: usize = 5 * MAX_KNOTS;
+/// Room for the trial curve: an apex, an old apex, and a full state.
+const TRIAL: usize = MAX_KNOTS + 2;
+/// Room for what one increment makes of it: fronts in every segment, and middles.
+const PLACES: usize = 5 * MAX_KNOTS;
 /// Beyond this angle (log-time) a direction has long come to its end; the exponential is still a number.
 const FARTHEST: f64 = 300.0;
 /// Importance of what must not go.
@@ -44,6 +46,18 @@ fn left(a: &V) -> V {
     V::new(-a.y, a.x)
 }
 
+/// A direction and 1 over the length; `e` and 0 for no vector.
+#[inline(always)]
+fn direction(v: &V, e: &V) -> (V, f64) {
+    let squared = v.norm_squared();
+    if squared > 0.0 {
+        let inverse = 1.0 / squared.sqrt();
+        (v * inverse, inverse)
+    } else {
+        (*e, 0.0)
+    }
+}
+
 /// part / whole between 0 and 1 for whole >= 0, without a division that hosts could trap.
 #[inline(always)]
 fn share(part: f64, whole: f64) -> f64 {
@@ -56,9 +70,122 @@ fn share(part: f64, whole: f64) -> f64 {
     }
 }
 
+/// Whether |u| is at the limit R.
+#[inline(always)]
+fn on_cone(r: f64, u: &V) -> bool {
+    u.norm_squared() >= r * r * (1.0 - 2.0 * ON_CONE)
+}
+
+/// Moves the curve `start` by an increment; `end`, empty before, gets the curve at the end.
+// Not inlined: one copy per backbone, not one per face.
+#[inline(never)]
+pub fn step<B: Backbone>(
+    backbone: &B,
+    start: &mut Knots<2>,
+    increment: &Increment<2>,
+    end: &mut Knots<2>,
+    outcome: &mut Outcome<2>,
+) {
+    let path = Path::new(increment);
+    let curve = backbone.over(increment.critical);
+    let initial_slope = curve.initial_slope();
+
+    // 0. A new branch with no room for it: the least important knot goes before the step, so that one step and many agree.
+    if start.len() == increment.room {
+        let (r, u) = (start[0].r, V::from(start[0].u));
+        if u.dot(&path.d) < 0.0 && on_cone(r, &u) {
+            outcome.forgotten = forget_least(&backbone.over(increment.before), start, 0);
+        }
+    }
+
+    // 1. Trial: every element moves by d, every limit by the growth De. 2. What is outside the cone slips.
+    let mut trial = ArrayVec::<Trial, TRIAL>::new();
+    let dead = path.trial(backbone, start, increment, &mut trial);
+    let last = trial.len() - 1;
+    let gross = trial[last].slips;
+
+    // 3. The outermost place that slips sets the scale for what may be hidden by a chord.
+    let slipping = trial.iter().rposition(|knot| knot.slips);
+    let mut outermost = None;
+    let mut tolerance = 0.0;
+    outcome.contact = Contact::Stick;
+    if let Some(index) = slipping {
+        let (top, at) = if gross {
+            (increment.critical, curve.end())
+        } else {
+            let segment = Segment::new(&trial[index], &trial[index + 1]);
+            let front = path.front(&curve, &segment, segment.slip_ends());
+            let scale = (front.r, front.at);
+            outermost = Some(front);
+            scale
+        };
+        if top > 0.0 {
+            tolerance = (0.5 * increment.resolution * at.loss / top).max(0.5 * increment.forgotten);
+            outcome.contact = Contact::of(gross, at.slope, initial_slope);
+        }
+    }
+
+    // 4. and 5. From the apex outwards: fronts, the return onto the cone, middles where the direction turns.
+    let mut walk = Walk::new(&path, &curve, tolerance, trial.len(), outcome);
+    let mut pair = [path.apex(initial_slope, &trial), Place::default()];
+    walk.shared = pair[0].slip * pair[0].share * initial_slope;
+    let [below, here] = &mut pair;
+    let (mut below, mut here) = (below, here);
+    for (index, knots) in trial.windows(2).enumerate() {
+        let [a, b] = knots else { unreachable!() };
+        path.place(&curve, b, index + 1 == last, here);
+        if a.slips && b.slips {
+            let both = below.was && here.was;
+            if !both && let Some([ends, begins]) = Segment::new(a, b).pocket() {
+                let segment = Segment::new(a, b);
+                let front = path.front(&curve, &segment, ends);
+                walk.go(below, &front, HALVINGS);
+                let back = path.front(&curve, &segment, begins);
+                walk.add(&front, &back);
+                walk.go(&back, here, HALVINGS);
+            } else {
+                walk.go(below, here, HALVINGS);
+            }
+        } else if a.slips {
+            let front = match &outermost {
+                Some(front) if slipping == Some(index) => front,
+                _ => {
+                    let segment = Segment::new(a, b);
+                    &path.front(&curve, &segment, segment.slip_ends())
+                }
+            };
+            walk.go(below, front, HALVINGS);
+            walk.add(front, here);
+        } else if b.slips {
+            let segment = Segment::new(a, b);
+            let front = path.front(&curve, &segment, segment.slip_begins());
+            walk.add(below, &front);
+            walk.go(&front, here, HALVINGS);
+        } else {
+            walk.add(below, here);
+        }
+        std::mem::swap(&mut below, &mut here);
+    }
+    walk.finish(below, gross, dead);
+
+    // 6. Forget what does not matter, and the least important when there are too many.
+    walk.forget(increment.room, end);
+}
+
+/// A knot of the trial curve.
+struct Trial {
+    r: f64,
+    v: V,
+    /// Outside its limit.
+    slips: bool,
+    /// On the cone before the step.
+    was: bool,
+}
+
 /// What a place on the curve does in the increment.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 enum Kind {
+    #[default]
     Stick,
     Slip,
     /// Slipping ends or begins here.
@@ -66,12 +193,11 @@ enum Kind {
 }
 
 /// A knot of the trial curve, a front or a middle, and where it goes.
-#[derive(Clone, Copy)]
-struct Node {
+#[derive(Default)]
+struct Place {
     r: f64,
-    /// Trial deflection.
+    /// Trial deflection, and deflection at the end.
     v: V,
-    /// Deflection at the end.
     u: V,
     /// Direction of u where it slips.
     n: V,
@@ -81,15 +207,14 @@ struct Node {
     share: f64,
     turn: Turn,
     kind: Kind,
-    /// On the cone before the step.
     was: bool,
     /// How its place changes with the increment; None for an old knot, whose depth x = G - R is fixed.
     moves: Option<Moves>,
 }
 
 /// R d phi, phi the direction of u, for a slipping element: rows over the slip d and its start u0, numbers for G and the
-/// depth x.
-#[derive(Clone, Copy, Default)]
+/// depth x. The last two only for places that move.
+#[derive(Default)]
 struct Turn {
     by_slip: V,
     by_growth: f64,
@@ -98,7 +223,7 @@ struct Turn {
 }
 
 /// How depth x = G - R and trial v of a place change with slip (row, matrix) and growth.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Moves {
     depth_by_slip: V,
     depth_by_growth: f64,
@@ -115,391 +240,17 @@ impl Moves {
         trial_by_growth: V::new(0.0, 0.0),
     };
 
-    fn between(a: Option<Moves>, b: Option<Moves>) -> Option<Moves> {
+    fn between(a: &Option<Moves>, b: &Option<Moves>) -> Option<Moves> {
         if a.is_none() && b.is_none() {
             return None;
         }
-        let (a, b) = (a.unwrap_or(Moves::FIXED), b.unwrap_or(Moves::FIXED));
+        let (a, b) = (a.as_ref().unwrap_or(&Moves::FIXED), b.as_ref().unwrap_or(&Moves::FIXED));
         Some(Moves {
             depth_by_slip: (a.depth_by_slip + b.depth_by_slip) * 0.5,
             depth_by_growth: (a.depth_by_growth + b.depth_by_growth) * 0.5,
             trial_by_slip: (a.trial_by_slip + b.trial_by_slip) * 0.5,
             trial_by_growth: (a.trial_by_growth + b.trial_by_growth) * 0.5,
         })
-    }
-}
-
-/// Moves the curve `start` by an increment; `end`, empty before, gets the curve at the end.
-#[inline(always)]
-pub fn step<B: Backbone>(
-    backbone: &B,
-    start: &mut Knots<2>,
-    increment: &Increment<2>,
-    end: &mut Knots<2>,
-) -> Outcome<2> {
-    let path = Path::new(increment);
-    let curve = backbone.over(increment.critical);
-    let mut forgotten = 0.0;
-
-    // 0. A new branch with no room for it: the least important knot goes before the step, so that one step and many agree.
-    if start.len() == increment.room && turns_back(&start[0], &path.d) {
-        forgotten = forget_least(&backbone.over(increment.before), start);
-    }
-
-    // 1. Trial: every element moves by d, every limit by the growth De. 2. What is outside the cone slips.
-    let mut trial = Trial::default();
-    trial.fill(&path, start, increment);
-    let dead = if path.growth < 0.0 {
-        trial.dissipation_of_dead(&path, &backbone.over(increment.before), start) * increment.limit_ratio
-    } else {
-        0.0
-    };
-    trial.find_slipping(&path);
-
-    // 3. The outermost place that slips sets the scale for what may be hidden by a chord.
-    let gross = trial.slips.last().copied().unwrap_or(false);
-    let top = if gross { increment.critical } else { trial.top };
-    let scale = if top > 0.0 { curve.at(top) } else { Values::default() };
-    let mut tolerance = 0.0;
-    if top > 0.0 {
-        tolerance = (0.5 * increment.resolution * scale.loss / top).max(0.5 * increment.forgotten);
-    }
-
-    // 4. and 5. From the apex outwards: fronts, the return onto the cone, middles where the direction turns.
-    let mut nodes = ArrayVec::<Node, TRIAL>::new();
-    for ((knot, &slips), &was) in trial.knots.iter().zip(&trial.slips).zip(&trial.was) {
-        nodes.push(path.node(&curve, knot.r, knot.u.into(), slips, was && slips));
-    }
-    let mut kept = ArrayVec::new();
-    let apex = path.apex(&curve, &trial);
-    let mut walk = Walk::new(&path, &curve, &mut kept, tolerance, nodes.len(), apex);
-    for index in 1..nodes.len() {
-        let (below, slips) = (trial.slips[index - 1], trial.slips[index]);
-        let segment = Segment::new(&trial.knots[index - 1], &trial.knots[index]);
-        if below != slips {
-            let part = if below { segment.slip_ends() } else { segment.slip_begins() };
-            walk.refine(path.front(&curve, &segment, part));
-        } else if slips && !(nodes[index].was && walk.last.was) && let Some([ends, begins]) = segment.pocket() {
-            walk.refine(path.front(&curve, &segment, ends));
-            walk.add(path.front(&curve, &segment, begins));
-        }
-        if slips {
-            walk.refine(nodes[index]);
-        } else {
-            walk.add(nodes[index]);
-        }
-    }
-    walk.finish();
-
-    // 6. Forget what does not matter, and the least important when there are too many.
-    forgotten = f64::max(forgotten, walk.hidden);
-    forgotten = forgotten.max(walk.forget(increment.room, end));
-    Outcome {
-        traction: walk.traction,
-        by_slip: walk.by_slip + M::identity() * walk.sticking,
-        by_growth: walk.by_growth,
-        stored: walk.stored,
-        dissipated: walk.dissipated(gross) + dead,
-        contact: if top > 0.0 {
-            Contact::of(gross, scale.slope, curve.initial_slope())
-        } else {
-            Contact::Stick
-        },
-        forgotten,
-    }
-}
-
-/// Whether |u| is at the limit R.
-#[inline(always)]
-fn on_cone(knot: &Knot<2>) -> bool {
-    let u = V::from(knot.u);
-    u.norm_squared() >= knot.r * knot.r * (1.0 - 2.0 * ON_CONE)
-}
-
-fn turns_back(first: &Knot<2>, d: &V) -> bool {
-    V::from(first.u).dot(d) < 0.0 && on_cone(first)
-}
-
-/// The slip and growth of the increment, and the exact path of a slipping element under them.
-struct Path {
-    d: V,
-    length: f64,
-    /// 1 / |d|, 0 without slip.
-    inverse: f64,
-    /// d / |d|; any unit vector without slip.
-    e: V,
-    /// De.
-    growth: f64,
-    critical: f64,
-}
-
-impl Path {
-    #[inline(always)]
-    fn new(increment: &Increment<2>) -> Self {
-        let d = increment.slip;
-        let length = d.norm();
-        let (inverse, e) = if length > 0.0 {
-            (1.0 / length, d / length)
-        } else {
-            (0.0, V::new(1.0, 0.0))
-        };
-        Path {
-            d,
-            length,
-            inverse,
-            e,
-            growth: increment.critical - increment.before,
-            critical: increment.critical,
-        }
-    }
-
-    /// The apex of the trial curve.
-    #[inline(always)]
-    fn apex<B: Backbone>(&self, curve: &Over<'_, B>, trial: &Trial) -> Node {
-        let slips = trial.slips[0];
-        let v = V::from(trial.knots[0].u);
-        let mut node = self.node(curve, 0.0, v, false, trial.was[0]);
-        node.u = V::zeros();
-        node.n = self.e;
-        if slips && self.growth < 0.0 {
-            // The limit of what is left there is as good as 0.
-            node.r = -1e-13 * self.growth;
-            node.kind = Kind::Slip;
-            self.onto_cone(&mut node);
-            (node.r, node.u) = (0.0, V::zeros());
-        } else if slips && self.growth == 0.0 {
-            node.slip = self.length;
-        }
-        node.kind = if slips { Kind::Slip } else { Kind::Stick };
-        let mut moves = Moves {
-            depth_by_growth: 1.0,
-            ..Moves::FIXED
-        };
-        if self.growth <= 0.0 {
-            let first = &trial.knots[1];
-            moves.trial_by_growth = (v - V::from(first.u)) / first.r;
-        }
-        node.moves = Some(moves);
-        node
-    }
-
-    /// A knot of the trial curve, brought onto the cone if it slips.
-    #[inline(always)]
-    fn node<B: Backbone>(&self, curve: &Over<'_, B>, r: f64, v: V, slips: bool, was: bool) -> Node {
-        let mut node = Node {
-            r,
-            v,
-            u: v,
-            n: V::zeros(),
-            at: curve.at(r),
-            slip: 0.0,
-            share: 0.0,
-            turn: Turn::default(),
-            kind: Kind::Stick,
-            was,
-            moves: None,
-        };
-        if slips {
-            node.kind = Kind::Slip;
-            self.onto_cone(&mut node);
-        }
-        node
-    }
-
-    /// The place at `part` of a segment where slipping ends or begins.
-    fn front<B: Backbone>(&self, curve: &Over<'_, B>, segment: &Segment, part: f64) -> Node {
-        let r = (segment.r + part * segment.width).min(segment.r + segment.width);
-        let v = segment.v + segment.rise * part;
-        let length = v.norm();
-        let n = if length > 0.0 { v / length } else { self.e };
-        // It moves along the curve: n.dv - dR = 0 there, with the slope m of the trial curve.
-        let m = segment.rise / segment.width;
-        let speed = 1.0 - n.dot(&m);
-        let speed = if speed.abs() < 1e-9 { 1e-9f64.copysign(speed) } else { speed };
-        let (depth_by_slip, depth_by_growth) = (-n / speed, 1.0 / speed);
-        let mut node = self.node(curve, r, v, false, false);
-        node.u = n * r;
-        node.n = n;
-        node.kind = Kind::Front;
-        node.moves = Some(Moves {
-            depth_by_slip,
-            depth_by_growth,
-            trial_by_slip: M::identity() - m * depth_by_slip.transpose(),
-            trial_by_growth: -m * depth_by_growth,
-        });
-        node
-    }
-
-    /// Half-way between two slipping places: the element half-way between them before the step.
-    #[inline(always)]
-    fn middle<B: Backbone>(&self, curve: &Over<'_, B>, a: &Node, b: &Node) -> Option<Node> {
-        let (r, v) = (a.r + 0.5 * (b.r - a.r), (a.v + b.v) * 0.5);
-        let was = a.was && b.was;
-        let squared = v.norm_squared();
-        // The chord of two knots on the cone dips inside it; the elements between them did not.
-        let lifted = was && a.kind == Kind::Slip && b.kind == Kind::Slip;
-        if squared == 0.0 || !(lifted || squared >= r * r * (1.0 - 2e-12)) {
-            return None;
-        }
-        let mut node = self.node(curve, r, v, false, was);
-        node.moves = Moves::between(a.moves, b.moves);
-        node.kind = Kind::Slip;
-        self.onto_cone(&mut node);
-        Some(node)
-    }
-
-    /// Brings a slipping element onto its limit along the exact path: it goes straight with d while its limit grows by De,
-    /// touches the cone when the share s of the step is done, in direction h, and turns on it from there towards d.
-    ///
-    /// On the cone u = R n, u' = d - lambda n, lambda = n.d - De. With psi the angle from d to n and the log-time
-    /// a = |d| int ds/R: d psi/da = - sin psi, so that cos psi = (sinh a + c cosh a)/N, sin psi = w/N,
-    /// N = cosh a + c sinh a, where c, w are cosine and sine of psi at h.
-    #[inline(always)]
-    fn onto_cone(&self, node: &mut Node) {
-        let Path { d, length, e, growth, .. } = *self;
-        let r = node.r;
-        let before = r - growth;
-        let e_left = left(&e);
-        if before <= 0.0 {
-            // Born in this step: it slips along d from the start.
-            (node.u, node.n) = (e * r, e);
-            node.turn = Turn {
-                by_slip: e_left * (r * self.inverse),
-                ..Turn::default()
-            };
-            (node.slip, node.share) = ((length - growth).max(0.0), 1.0);
-            return;
-        }
-        // Where it starts, and when it comes to its limit.
-        let start = node.v - d;
-        let squared = start.norm_squared();
-        let (mut s, mut h, mut r_h) = (0.0, e, before);
-        // 1 / |u0 + s d|, 0 where that is no direction; direction and stretch of the start.
-        let (mut inverse, mut n0, mut stretch) = (0.0, V::zeros(), 1.0);
-        if node.was && squared > 0.0 {
-            let over = 1.0 / squared.sqrt();
-            n0 = start * over;
-            (h, inverse, stretch) = (n0, over, before * over);
-            let outwards = n0.dot(&d) - growth;
-            if outwards < 0.0 {
-                s = share(-2.0 * before * outwards, length * length - growth * growth);
-                if s > 0.0 {
-                    (h, inverse) = direction(&(n0 * before + d * s), &e);
-                    r_h = before + s * growth;
-                }
-            }
-        } else if !node.was {
-            let a = length * length - growth * growth;
-            let b = start.dot(&d) - before * growth;
-            let c = (squared - before * before).min(0.0);
-            let q = (b * b - a * c).max(0.0).sqrt();
-            s = if b < 0.0 { share(q - b, a) } else { share(-c, b + q) };
-            (h, inverse) = direction(&(start + d * s), &e);
-            r_h = before + s * growth;
-        }
-        let slipping = 1.0 - s;
-        let over_h = 1.0 / r_h;
-        // al = int ds/R and int s ds/R^2 over the slip.
-        let (al, moment);
-        if growth == 0.0 {
-            al = slipping * over_h;
-            moment = 0.5 * slipping * (1.0 + s) * over_h * over_h;
-        } else {
-            let over_r = 1.0 / r;
-            let twice_mean = 2.0 / (r + r_h);
-            let y = 0.5 * growth * slipping * twice_mean;
-            let yy = y * y;
-            // atanh(y)/y, and what is left of the moment.
-            let (q, j) = if yy < 0.01 {
-                (
-                    1.0 + yy * (1. / 3. + yy * (1. / 5. + yy * (1. / 7. + yy * (1. / 9. + yy * (1. / 11.))))),
-                    -y * (4. / 3. + yy * (8. / 5. + yy * (12. / 7. + yy * (16. / 9. + yy * (20. / 11.))))),
-                )
-            } else {
-                let q = 0.5 * (r * over_h).ln() / y;
-                (q, 2.0 / y * (q - over_r * over_h / (twice_mean * twice_mean)))
-            };
-            al = slipping * twice_mean * q;
-            moment = 0.5 * slipping * (1.0 + s) * over_h * over_r
-                + 0.25 * slipping * slipping * twice_mean * twice_mean * j;
-        }
-        let a = length * al;
-        let (c, w) = (h.dot(&e), cross(&e, &h));
-        // N, k = N cos psi, g = (N - 1)/|d|.
-        let (big_n, k, g);
-        if a < 0.5 {
-            // sinh(a)/a and (cosh(a) - 1)/a.
-            let aa = a * a;
-            let sinh = 1.0
-                + aa * (1. / 6. + aa * (1. / 120. + aa * (1. / 5040. + aa * (1. / 362_880. + aa * (1. / 39_916_800.)))));
-            let cosh = a
-                * (0.5
-                    + aa * (1. / 24.
-                        + aa * (1. / 720. + aa * (1. / 40_320. + aa * (1. / 3_628_800. + aa * (1. / 479_001_600.))))));
-            big_n = 1.0 + a * (cosh + c * sinh);
-            k = c + a * (sinh + c * cosh);
-            g = al * (cosh + c * sinh);
-        } else {
-            let exponential = a.min(FARTHEST).exp();
-            let plus = exponential * if c < 0.0 { w * w / (1.0 - c) } else { 1.0 + c };
-            let minus = (1.0 - c) / exponential;
-            big_n = 0.5 * (plus + minus);
-            k = 0.5 * (plus - minus);
-            g = (big_n - 1.0) * self.inverse;
-        }
-        let over_n = 1.0 / big_n;
-        let (cosine, sine) = (k * over_n, w * over_n);
-        node.n = e * cosine + e_left * sine;
-        node.u = node.n * r;
-        node.turn = Turn {
-            by_slip: e_left * (r * over_n * (g + c * s * inverse)) - e * (r * sine * (s * inverse + al)),
-            by_growth: r * sine * length * moment,
-            ..Turn::default()
-        };
-        if node.moves.is_some() {
-            let turning = r * over_n * if s > 0.0 { inverse } else { over_h };
-            node.turn.by_depth = -sine * length * slipping * over_h;
-            if node.was {
-                node.turn.by_start = left(&n0) * (turning * stretch * h.dot(&n0));
-                node.turn.by_depth -= turning * cross(&h, &n0);
-            } else {
-                node.turn.by_start = left(&h) * turning;
-            }
-        }
-        // ln N.
-        let more = length * g;
-        let log = if a < 0.5 && more.abs() < 0.1 {
-            let y = more / (2.0 + more);
-            let yy = y * y;
-            y * (2.0 + yy * (2. / 3. + yy * (2. / 5. + yy * (2. / 7. + yy * (2. / 9.)))))
-        } else {
-            big_n.ln() + (a - FARTHEST).max(0.0)
-        };
-        if growth == 0.0 {
-            node.slip = (r * log).max(0.0);
-        } else {
-            // Exact without growth and on straight lines, to first order otherwise.
-            let (bend, fit) = (cosine - c, 2.0 + 1.2 * c);
-            let slip = if al > 0.0 { slipping / al * log } else { 0.0 };
-            let slip = slip + growth * slipping * (a * bend / (12.0 + fit * a) - 1.0);
-            node.slip = slip.max(0.0);
-            if slip > 0.0 {
-                let weight = (12.0 + fit * length * slipping * over_h) * slip;
-                node.share = (slipping - 2.0 * slipping * slipping * length * bend / weight).max(0.0);
-            }
-        }
-    }
-}
-
-/// A direction and 1 over the length; `e` and 0 for no vector.
-#[inline(always)]
-fn direction(v: &V, e: &V) -> (V, f64) {
-    let squared = v.norm_squared();
-    if squared > 0.0 {
-        let inverse = 1.0 / squared.sqrt();
-        (v * inverse, inverse)
-    } else {
-        (*e, 0.0)
     }
 }
 
@@ -517,21 +268,19 @@ struct Segment {
 
 impl Segment {
     #[inline(always)]
-    fn new(below: &Knot<2>, above: &Knot<2>) -> Self {
-        let (v, width) = (V::from(below.u), above.r - below.r);
-        let rise = V::from(above.u) - v;
+    fn new(below: &Trial, above: &Trial) -> Self {
+        let (r, v, width, rise) = (below.r, below.v, above.r - below.r, above.v - below.v);
         Segment {
-            r: below.r,
+            r,
             v,
             width,
             rise,
             a: rise.norm_squared() - width * width,
-            b: v.dot(&rise) - below.r * width,
-            c: v.norm_squared() - below.r * below.r,
+            b: v.dot(&rise) - r * width,
+            c: v.norm_squared() - r * r,
         }
     }
 
-    #[inline(always)]
     fn root(&self) -> f64 {
         (self.b * self.b - self.a * self.c).max(0.0).sqrt()
     }
@@ -557,6 +306,7 @@ impl Segment {
     }
 
     /// Both, where elements between two slipping ends stay inside their limits.
+    #[inline(always)]
     fn pocket(&self) -> Option<[f64; 2]> {
         let square = self.b * self.b - self.a * self.c;
         if self.a > 0.0 && self.b < 0.0 && -self.b < self.a && square > 0.0 {
@@ -568,145 +318,354 @@ impl Segment {
     }
 }
 
-/// Room for the apex, an old apex, and a full state.
-const TRIAL: usize = MAX_KNOTS + 2;
-
-/// The curve after the trial, from the apex on.
-#[derive(Default)]
-struct Trial {
-    /// Slip limits and trial deflections.
-    knots: ArrayVec<Knot<2>, TRIAL>,
-    /// On the cone before the step.
-    was: ArrayVec<bool, TRIAL>,
-    slips: ArrayVec<bool, TRIAL>,
-    /// R of the outermost place that slips, 0 where none does.
-    top: f64,
-    /// Old knots that died with a shrinking cone, and the old deflection where the apex is now.
-    died: usize,
-    cut: V,
+/// The slip and growth of the increment, and the exact path of a slipping element under them.
+struct Path {
+    d: V,
+    length: f64,
+    /// d / |d|, any unit vector without slip; 1 / |d|, 0 without slip.
+    e: V,
+    inverse: f64,
+    /// De.
+    growth: f64,
+    critical: f64,
 }
 
-impl Trial {
-    // Filled in place: thousands of bytes that travel by value cost more than the update.
+impl Path {
     #[inline(always)]
-    fn fill(&mut self, path: &Path, start: &Knots<2>, increment: &Increment<2>) {
-        let (d, growth) = (path.d, path.growth);
+    fn new(increment: &Increment<2>) -> Self {
+        let (e, inverse) = direction(&increment.slip, &V::new(1.0, 0.0));
+        Path {
+            d: increment.slip,
+            length: increment.slip.norm(),
+            e,
+            inverse,
+            growth: increment.critical - increment.before,
+            critical: increment.critical,
+        }
+    }
+
+    /// The trial curve, from the apex on, and which of its knots slip (the cone is convex, so that the path does not
+    /// matter); gives the dissipation of what dies.
+    #[inline(always)]
+    fn trial<B: Backbone>(
+        &self,
+        backbone: &B,
+        start: &Knots<2>,
+        increment: &Increment<2>,
+        trial: &mut ArrayVec<Trial, TRIAL>,
+    ) -> f64 {
+        let (d, growth, critical) = (self.d, self.growth, self.critical);
+        let mut apex = Trial { r: 0.0, v: d, slips: self.length > 0.0, was: true };
+        let (mut died, mut dead) = (0, 0.0);
         if growth > 0.0 {
             // The old apex: below it, the elements born on the way lie on a straight line.
-            self.push(0.0, V::zeros(), true);
-            self.push(growth, d, true);
-        } else if growth < 0.0 {
-            let depth = -growth;
-            let mut below = Knot { r: 0.0, u: [0.0; 2] };
-            while self.died + 1 < start.len() && start[self.died].r <= depth {
-                below = start[self.died];
-                self.died += 1;
-            }
-            let above = &start[self.died];
-            let part = (depth - below.r) / (above.r - below.r);
-            self.cut = V::from(below.u) * (1.0 - part) + V::from(above.u) * part;
-            let was = on_cone(above) && (self.died == 0 || on_cone(&below));
-            self.push(0.0, self.cut + d, was);
+            let birth = self.knot(growth, d, true);
+            (apex.v, apex.slips) = (V::zeros(), birth.slips);
+            trial.push(apex);
+            trial.push(birth);
         } else {
-            self.push(0.0, d, true);
+            if growth < 0.0 {
+                let of_cut = cut(start, -growth);
+                let curve = backbone.over(increment.before);
+                dead = increment.limit_ratio * dissipation_of_dead(&curve, start, of_cut, -growth, &d);
+                died = of_cut.0;
+                // It lies on the cone when the ends of its chord do.
+                let on_cone = |knot: &Knot<2>| on_cone(knot.r, &knot.u.into());
+                apex.was = on_cone(&start[died]) && (died == 0 || on_cone(&start[died - 1]));
+                apex.v += of_cut.1;
+                apex.slips = apex.v.norm_squared() > 0.0;
+            }
+            trial.push(apex);
         }
-        for knot in &start[self.died..] {
-            self.push(knot.r + growth, V::from(knot.u) + d, on_cone(knot));
+        let mut below = growth.max(0.0);
+        for (index, knot) in start.iter().enumerate().skip(died) {
+            // The end of the curve is exact; knots that a large growth brings together are one.
+            let r = if index + 1 == start.len() { critical } else { (knot.r + growth).min(critical) };
+            if r > below {
+                let u = V::from(knot.u);
+                let knot = self.knot(r, u + d, on_cone(knot.r, &u));
+                trial.push(knot);
+                below = r;
+            }
         }
-        // The end of the curve is exact.
-        if let [.., last] = &mut self.knots[1..] {
-            last.r = increment.critical;
-        }
+        dead
     }
 
     #[inline(always)]
-    fn push(&mut self, r: f64, v: V, was: bool) {
-        // Knots that a large growth brings together are one.
-        if self.knots.last().is_none_or(|below| r > below.r) {
-            self.knots.push(Knot { r, u: v.into() });
-            self.was.push(was);
+    fn knot(&self, r: f64, mut v: V, was: bool) -> Trial {
+        let (squared, limit) = (v.norm_squared(), r * r);
+        let mut slips = squared >= limit * AT_LIMIT;
+        if slips && squared <= limit * OUTSIDE {
+            slips = was && v.dot(&self.d) > squared.sqrt() * self.growth;
+            if !slips && squared > limit {
+                v *= r / squared.sqrt();
+            }
         }
+        Trial { r, v, slips, was }
     }
 
-    /// Which knots slip; the cone is convex, so that the path does not matter.
+    /// A knot of the trial curve, brought onto the cone if it slips.
     #[inline(always)]
-    fn find_slipping(&mut self, path: &Path) {
-        let mut last = None;
-        for (index, (knot, &was)) in self.knots.iter_mut().zip(&self.was).enumerate() {
-            let (v, limit) = (V::from(knot.u), knot.r * knot.r);
-            let squared = v.norm_squared();
-            let mut slips = squared >= limit * AT_LIMIT && squared > 0.0;
-            if slips && squared <= limit * OUTSIDE {
-                slips = was && v.dot(&path.d) > squared.sqrt() * path.growth;
-                if !slips && squared > limit {
-                    knot.u = (v * (knot.r / squared.sqrt())).into();
-                }
-            }
-            self.slips.push(slips);
-            if slips {
-                last = Some(index);
-            }
-        }
-        if path.growth > 0.0 {
-            self.slips[0] = self.slips[1];
-        }
-        if let Some(last) = last
-            && last + 1 < self.knots.len()
-        {
-            let segment = Segment::new(&self.knots[last], &self.knots[last + 1]);
-            self.top = segment.r + segment.slip_ends() * segment.width;
+    fn place<B: Backbone>(&self, curve: &Over<'_, B>, knot: &Trial, last: bool, place: &mut Place) {
+        (place.r, place.v, place.u) = (knot.r, knot.v, knot.v);
+        place.at = if last { curve.end() } else { curve.at(knot.r) };
+        place.was = knot.was && knot.slips;
+        place.moves = None;
+        if knot.slips {
+            place.kind = Kind::Slip;
+            self.onto_cone(place);
+        } else {
+            place.kind = Kind::Stick;
+            place.n = V::zeros();
+            (place.slip, place.share) = (0.0, 0.0);
         }
     }
 
-    /// What the dead dissipate, over the old T: an element of limit R dies when the share R / depth of the step is done, with
-    /// v = u + d R / depth, and slips |v| in the share |v| / c before, c = d.v/|v| + depth: depth/2 int v.(v/c) k dR.
-    #[cold]
-    fn dissipation_of_dead<B: Backbone>(&self, path: &Path, curve: &Over<'_, B>, start: &Knots<2>) -> f64 {
-        let depth = -path.growth;
-        let cut = Knot { r: depth, u: self.cut.into() };
-        let mut below = (0.0, V::zeros(), V::zeros(), Values::default());
-        let mut sum = 0.0;
-        let mut to = |r: f64, v: V| {
-            let length = v.norm();
-            let speed = if length > 0.0 { v.dot(&path.d) / length + depth } else { depth };
-            // No element slips for longer than the step.
-            let shared = v / speed.max(length).max(f64::MIN_POSITIVE);
-            let at = curve.at(r);
-            let (r0, v0, shared0, at0) = below;
-            if r > r0 {
-                let (slope, slope_shared) = ((v - v0) / (r - r0), (shared - shared0) / (r - r0));
-                sum += slope.dot(&(shared * at.f - shared0 * at0.f))
-                    + slope_shared.dot(&(v * at.f - v0 * at0.f))
-                    - 2.0 * slope.dot(&slope_shared) * (at.integral - at0.integral);
+    /// The apex of the trial curve.
+    fn apex(&self, initial_slope: f64, trial: &[Trial]) -> Place {
+        let [knot, first, ..] = trial else { unreachable!() };
+        let mut apex = Place { v: knot.v, n: self.e, was: knot.was, ..Place::default() };
+        apex.at.slope = initial_slope;
+        if knot.slips {
+            apex.kind = Kind::Slip;
+            if self.growth < 0.0 {
+                // The limit of what is left there is as good as 0.
+                apex.r = -1e-13 * self.growth;
+                self.onto_cone(&mut apex);
+                (apex.r, apex.u) = (0.0, V::zeros());
+            } else if self.growth == 0.0 {
+                apex.slip = self.length;
             }
-            below = (r, v, shared, at);
+        }
+        let mut moves = Moves { depth_by_growth: 1.0, ..Moves::FIXED };
+        if self.growth <= 0.0 {
+            moves.trial_by_growth = (knot.v - first.v) / first.r;
+        }
+        apex.moves = Some(moves);
+        apex
+    }
+
+    /// The place at `part` of a segment where slipping ends or begins.
+    fn front<B: Backbone>(&self, curve: &Over<'_, B>, segment: &Segment, part: f64) -> Place {
+        let r = (segment.r + part * segment.width).min(segment.r + segment.width);
+        let v = segment.v + segment.rise * part;
+        let (n, _) = direction(&v, &self.e);
+        // It moves along the curve: n.dv - dR = 0 there, with the slope m of the trial curve.
+        let m = segment.rise / segment.width;
+        let speed = 1.0 - n.dot(&m);
+        let over_speed = 1.0 / if speed.abs() < 1e-9 { 1e-9f64.copysign(speed) } else { speed };
+        let depth_by_slip = -n * over_speed;
+        Place {
+            r,
+            v,
+            u: n * r,
+            n,
+            at: curve.at(r),
+            kind: Kind::Front,
+            moves: Some(Moves {
+                depth_by_slip,
+                depth_by_growth: over_speed,
+                trial_by_slip: M::identity() - m * depth_by_slip.transpose(),
+                trial_by_growth: -m * over_speed,
+            }),
+            ..Place::default()
+        }
+    }
+
+    /// Half-way between two slipping places: the element half-way between them before the step.
+    fn middle<B: Backbone>(&self, curve: &Over<'_, B>, a: &Place, b: &Place) -> Option<Place> {
+        let (r, v) = (a.r + 0.5 * (b.r - a.r), (a.v + b.v) * 0.5);
+        let was = a.was && b.was;
+        let squared = v.norm_squared();
+        // The chord of two knots on the cone dips inside it; the elements between them did not.
+        let lifted = was && a.kind == Kind::Slip && b.kind == Kind::Slip;
+        if squared == 0.0 || !(lifted || squared >= r * r * (1.0 - 2e-12)) {
+            return None;
+        }
+        let mut place = Place {
+            r,
+            v,
+            at: curve.at(r),
+            kind: Kind::Slip,
+            was,
+            moves: Moves::between(&a.moves, &b.moves),
+            ..Place::default()
         };
-        let mut previous = (0.0, V::zeros());
-        for knot in start[..self.died].iter().chain([&cut]) {
-            let v = V::from(knot.u) + path.d * (knot.r / depth);
-            // Where |v| is least its direction changes fast.
-            let rise = v - previous.1;
-            let (along, squared) = (-previous.1.dot(&rise), rise.norm_squared());
-            if along > 0.0 && along < squared {
-                let part = along / squared;
-                to(previous.0 + part * (knot.r - previous.0), previous.1 + rise * part);
-            }
-            to(knot.r, v);
-            previous = (knot.r, v);
+        self.onto_cone(&mut place);
+        Some(place)
+    }
+
+    /// Brings a slipping element onto its limit along the exact path: it goes straight with d while its limit grows by De,
+    /// touches the cone when the share s of the step is done, in direction h, and turns on it from there towards d.
+    ///
+    /// On the cone u = R n, u' = d - lambda n, lambda = n.d - De. With psi the angle from d to n, c and w its cosine and
+    /// sine at h, and the log-time a = |d| int ds/R: d psi/da = - sin psi, so that [`Angle`] has the end.
+    #[inline(always)]
+    fn onto_cone(&self, place: &mut Place) {
+        let Path { d, length, e, growth, .. } = *self;
+        let r = place.r;
+        let before = r - growth;
+        let e_left = left(&e);
+        if before <= 0.0 {
+            // Born in this step: it slips along d from the start.
+            (place.u, place.n) = (e * r, e);
+            place.turn = Turn { by_slip: e_left * (r * self.inverse), ..Turn::default() };
+            (place.slip, place.share) = ((length - growth).max(0.0), 1.0);
+            return;
         }
-        let (_, v, shared, at) = below;
-        (sum - v.dot(&shared) * at.slope) * depth / 2.0
+        // Where it starts, and when it comes to its limit. `inverse`: 1 / |u0 + s d|, 0 where that is no direction.
+        let start = place.v - d;
+        let (n0, over_start) = direction(&start, &e);
+        let (mut s, mut h, mut inverse) = (0.0, n0, over_start);
+        if place.was {
+            let outwards = n0.dot(&d) - growth;
+            if outwards < 0.0 {
+                s = share(-2.0 * before * outwards, length * length - growth * growth);
+                (h, inverse) = direction(&(n0 * before + d * s), &e);
+            }
+        } else {
+            let a = length * length - growth * growth;
+            let b = start.dot(&d) - before * growth;
+            let c = (start.norm_squared() - before * before).min(0.0);
+            let q = (b * b - a * c).max(0.0).sqrt();
+            s = if b < 0.0 { share(q - b, a) } else { share(-c, b + q) };
+            (h, inverse) = direction(&(start + d * s), &e);
+        }
+        let r_h = before + s * growth;
+        let slipping = 1.0 - s;
+        let over_h = 1.0 / r_h;
+        // al = int ds/R and int s ds/R^2 over the slip.
+        let (mut al, mut moment) = (slipping * over_h, 0.5 * slipping * (1.0 + s) * over_h * over_h);
+        if growth != 0.0 {
+            let over_r = 1.0 / r;
+            let twice_mean = 2.0 / (r + r_h);
+            let y = 0.5 * growth * slipping * twice_mean;
+            let yy = y * y;
+            // atanh(y)/y, and what is left of the moment.
+            let (q, j) = if yy < 0.01 {
+                (
+                    polynomial(yy, [1., 1. / 3., 1. / 5., 1. / 7., 1. / 9., 1. / 11.]),
+                    -y * polynomial(yy, [4. / 3., 8. / 5., 12. / 7., 16. / 9., 20. / 11.]),
+                )
+            } else {
+                let q = 0.5 * (r * over_h).ln() / y;
+                (q, 2.0 / y * (q - over_r * over_h / (twice_mean * twice_mean)))
+            };
+            al = slipping * twice_mean * q;
+            moment = 0.5 * slipping * (1.0 + s) * over_h * over_r
+                + 0.25 * slipping * slipping * twice_mean * twice_mean * j;
+        }
+        let (a, c, w) = (length * al, h.dot(&e), cross(&e, &h));
+        let Angle { cosine, sine, over_n, rise, log } =
+            if a < 1.0 { Angle::near(a, al, c, w) } else { Angle::far(a, self.inverse, c, w) };
+        place.n = e * cosine + e_left * sine;
+        place.u = place.n * r;
+        place.turn.by_slip = e_left * (r * (rise + c * s * inverse * over_n)) - e * (r * sine * (s * inverse + al));
+        place.turn.by_growth = r * sine * length * moment;
+        if place.moves.is_some() {
+            let turning = r * over_n * if s > 0.0 { inverse } else { over_h };
+            place.turn.by_depth = -sine * length * slipping * over_h;
+            if place.was {
+                place.turn.by_start = left(&n0) * (turning * before * over_start * h.dot(&n0));
+                place.turn.by_depth -= turning * cross(&h, &n0);
+            } else {
+                place.turn.by_start = left(&h) * turning;
+            }
+        }
+        (place.slip, place.share) = ((r * log).max(0.0), 0.0);
+        if growth != 0.0 {
+            // Exact on straight lines, to first order otherwise.
+            let (bend, fit) = (cosine - c, 2.0 + 1.2 * c);
+            let slip = if al > 0.0 { slipping / al * log } else { 0.0 };
+            let slip = slip + growth * slipping * (a * bend / (12.0 + fit * a) - 1.0);
+            place.slip = slip.max(0.0);
+            if slip > 0.0 {
+                let weight = (12.0 + fit * length * slipping * over_h) * slip;
+                let share = slipping - 2.0 * slipping * slipping * length * bend / weight;
+                place.share = share.clamp(0.0, 2.0 * slipping);
+            }
+        }
+    }
+}
+
+/// c_0 + c_1 x + ..
+#[inline(always)]
+fn polynomial<const N: usize>(x: f64, c: [f64; N]) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// Where an element that turns on the cone comes to in log-time a, from an angle to d with cosine c and sine w. With
+/// N = cosh a + c sinh a: cos psi = (sinh a + c cosh a)/N, sin psi = w/N.
+struct Angle {
+    cosine: f64,
+    sine: f64,
+    /// 1 / N.
+    over_n: f64,
+    /// (1 - 1/N) / |d|.
+    rise: f64,
+    /// ln N.
+    log: f64,
+}
+
+impl Angle {
+    /// By t = tanh(a/2) = p/q: N = (q^2 + 2 c p q + p^2)/(q^2 - p^2). a = |d| al.
+    #[inline(always)]
+    fn near(a: f64, al: f64, c: f64, w: f64) -> Self {
+        // The continued fraction of tanh; below a = 1 nothing is left out.
+        let x = 0.25 * a * a;
+        let p1 = polynomial(x, [1., 17_325. / 135_135., 378. / 135_135., 1. / 135_135.]);
+        let q = polynomial(x, [1., 62_370. / 135_135., 3_150. / 135_135., 28. / 135_135.]);
+        let p = 0.5 * a * p1;
+        let (pp, qq, pq) = (p * p, q * q, 2.0 * p * q);
+        let (ahead, whole, half) = (p + c * q, qq + c * pq + pp, q * (q + c * p));
+        let over = 1.0 / (whole * half);
+        let (over_whole, over_half) = (half * over, whole * over);
+        // ln N = 2 atanh(y)
+        let y = p * ahead * over_half;
+        let yy = y * y;
+        let log = if yy < 0.01 {
+            y * polynomial(yy, [2., 2. / 3., 2. / 5., 2. / 7., 2. / 9., 2. / 11., 2. / 13.])
+        } else {
+            ((1.0 + y) / (1.0 - y)).ln()
+        };
+        let over_n = (qq - pp) * over_whole;
+        Angle {
+            cosine: (c * (qq + pp) + pq) * over_whole,
+            sine: w * over_n,
+            over_n,
+            rise: al * p1 * ahead * over_whole,
+            log,
+        }
+    }
+
+    /// By exponentials. `inverse`: 1 / |d|.
+    #[inline(never)]
+    fn far(a: f64, inverse: f64, c: f64, w: f64) -> Self {
+        let exponential = a.min(FARTHEST).exp();
+        // 1 + c without cancellation.
+        let plus = exponential * if c < 0.0 { w * w / (1.0 - c) } else { 1.0 + c };
+        let minus = (1.0 - c) / exponential;
+        let over_n = 2.0 / (plus + minus);
+        Angle {
+            cosine: 0.5 * (plus - minus) * over_n,
+            sine: w * over_n,
+            over_n,
+            rise: (1.0 - over_n) * inverse,
+            log: (0.5 * (plus + minus)).ln() + (a - FARTHEST).max(0.0),
+        }
     }
 }
 
 /// A place of the curve at the end.
-#[derive(Clone, Copy)]
 struct Kept {
     r: f64,
     u: V,
     n: V,
     f: f64,
     kind: Kind,
+    /// Numbers of the places beside it that are left.
+    below: u16,
+    above: u16,
 }
 
 /// Goes along the curve at the end from the apex outwards, and adds up what it gives.
@@ -717,23 +676,23 @@ struct Walk<'a, B> {
     tolerance: f64,
     /// How many places may be added as middles before the room for the rest is touched.
     middles: usize,
-    /// The largest part of T that a chord hides for want of room.
+    /// Square of the largest part of T that a chord hides for want of room.
     hidden: f64,
-    /// The place last added, and the segment below it: secant of f, slope of u.
-    last: Node,
+    kept: ArrayVec<Kept, PLACES>,
+    /// Squares of the part of T that is lost with each of them; infinite for the apex and for what was dropped.
+    importance: ArrayVec<f64, PLACES>,
+    needless: bool,
+    /// The segment last added: width, secant of f, slope of u.
+    width: f64,
     secant: f64,
     slope: V,
-    kept: &'a mut ArrayVec<Kept, NODES>,
-    /// Eqs. (1) and (2), over T.
-    traction: V,
-    stored: f64,
     /// sum (e_a - e_b)/h (L_b - L_a), and int e theta k dR.
     work: f64,
     shared: f64,
-    /// Tangents over T; the part of the sticking knots is a multiple of the identity.
-    by_slip: M,
-    by_growth: V,
+    /// The part of the tangent that is a multiple of the identity.
     sticking: f64,
+    /// Takes the other sums.
+    outcome: &'a mut Outcome<2>,
 }
 
 impl<'a, B: Backbone> Walk<'a, B> {
@@ -741,279 +700,285 @@ impl<'a, B: Backbone> Walk<'a, B> {
     fn new(
         path: &'a Path,
         curve: &'a Over<'a, B>,
-        kept: &'a mut ArrayVec<Kept, NODES>,
         tolerance: f64,
         trial: usize,
-        apex: Node,
+        outcome: &'a mut Outcome<2>,
     ) -> Self {
         Walk {
             path,
             curve,
             tolerance: tolerance * tolerance,
             // Two fronts and a knot per segment must fit.
-            middles: NODES - 3 * trial,
+            middles: PLACES - 3 * trial,
             hidden: 0.0,
-            last: apex,
+            kept: ArrayVec::new(),
+            importance: ArrayVec::new(),
+            needless: false,
+            width: 0.0,
             secant: 0.0,
             slope: V::zeros(),
-            kept,
-            traction: V::zeros(),
-            stored: 0.0,
             work: 0.0,
-            shared: apex.slip * apex.share * apex.at.slope,
-            by_slip: M::zeros(),
-            by_growth: V::zeros(),
+            shared: 0.0,
             sticking: 0.0,
+            outcome,
         }
     }
 
-    /// Adds the next place, with middles below it where the direction turns: a chord hides
-    /// h/4 |n_b - n_a| |kink|, h = R_b - R_a, kink = change of f' half-way.
-    #[inline(always)]
-    fn refine(&mut self, next: Node) {
-        let mut ahead = ArrayVec::<Node, { HALVINGS + 1 }>::new();
-        ahead.push(next);
-        while let Some(next) = ahead.last() {
-            let last = &self.last;
-            let mut middle = None;
-            let slipping = |kind| kind == Kind::Slip;
-            if next.kind != Kind::Stick
-                && last.kind != Kind::Stick
-                && (slipping(next.kind) || slipping(last.kind))
-                && !(self.kept.is_empty() && self.path.growth > 0.0)
-            {
-                let half = 0.5 * (next.r - last.r);
-                let kink = half * (last.at.slope - next.at.slope);
-                let hidden = 0.0625 * (next.n - last.n).norm_squared() * kink * kink;
-                if hidden > self.tolerance && half > SAME * self.path.critical {
-                    if ahead.is_full() || self.middles == 0 {
-                        self.hidden = self.hidden.max(hidden.sqrt());
-                    } else {
-                        middle = self.path.middle(self.curve, last, next);
-                    }
-                }
-            }
-            match middle {
-                Some(node) => {
-                    self.middles -= 1;
-                    ahead.push(node);
-                }
-                None => {
-                    let next = *next;
-                    ahead.pop();
-                    self.add(next);
-                }
+    /// From place a, the last one added, to b, with middles where the direction turns: a chord hides h/4 |n_b - n_a| |kink|,
+    /// h = R_b - R_a, kink = change of f' half-way.
+    fn go(&mut self, a: &Place, b: &Place, halvings: usize) {
+        let half = 0.5 * (b.r - a.r);
+        let kink = half * (a.at.slope - b.at.slope);
+        let hidden = 0.0625 * (b.n - a.n).norm_squared() * kink * kink;
+        let born = self.kept.is_empty() && self.path.growth > 0.0;
+        if hidden > self.tolerance && half > SAME * self.path.critical && !born {
+            if halvings == 0 || self.middles == 0 {
+                self.hidden = self.hidden.max(hidden);
+            } else if let Some(middle) = self.path.middle(self.curve, a, b) {
+                self.middles -= 1;
+                self.go(a, &middle, halvings - 1);
+                self.go(&middle, b, halvings - 1);
+                return;
             }
         }
+        self.add(a, b);
     }
 
-    /// Adds the segment from the last place to the next one.
+    /// Adds the segment from place a, the last one added, to b: Eqs. (1) and (2).
     #[inline(always)]
-    fn add(&mut self, next: Node) {
-        let last = &self.last;
-        let width = next.r - last.r;
-        let (mut secant, mut slope) = (next.at.slope, V::zeros());
+    fn add(&mut self, a: &Place, b: &Place) {
+        let width = b.r - a.r;
+        let (mut secant, mut slope) = (b.at.slope, V::zeros());
         if width > 0.0 {
             let inverse = 1.0 / width;
-            let df = next.at.f - last.at.f;
+            let df = b.at.f - a.at.f;
             secant = if width > SHORT * self.path.critical {
                 df * inverse
             } else {
-                0.5 * (last.at.slope + next.at.slope)
+                0.5 * (a.at.slope + b.at.slope)
             };
-            slope = (next.u - last.u) * inverse;
-            self.traction += slope * df;
-            self.stored += slope.dot(&(next.u * next.at.f - last.u * last.at.f))
-                - slope.norm_squared() * (next.at.integral - last.at.integral);
-            if last.slip > 0.0 || next.slip > 0.0 {
-                let fall = (last.slip - next.slip) * inverse;
-                self.work += fall * (next.at.loss - last.at.loss);
+            slope = (b.u - a.u) * inverse;
+            let integral = b.at.integral - a.at.integral;
+            self.outcome.traction += slope * df;
+            self.outcome.stored +=
+                slope.dot(&(b.u * b.at.f - a.u * a.at.f)) - slope.norm_squared() * integral;
+            if a.slip > 0.0 || b.slip > 0.0 {
+                let fall = (a.slip - b.slip) * inverse;
+                self.work += fall * (b.at.loss - a.at.loss);
                 if self.path.growth != 0.0 {
-                    let rise = (next.share - last.share) * inverse;
-                    self.shared += rise * (next.slip * next.at.f - last.slip * last.at.f)
-                        - fall * (next.share * next.at.f - last.share * last.at.f)
-                        + 2.0 * fall * rise * (next.at.integral - last.at.integral);
+                    let rise = (b.share - a.share) * inverse;
+                    self.shared += rise * (b.slip * b.at.f - a.slip * a.at.f)
+                        - fall * (b.share * b.at.f - a.share * a.at.f)
+                        + 2.0 * fall * rise * integral;
                 }
             }
         }
-        self.settle(secant, &slope);
-        (self.last, self.secant, self.slope) = (next, secant, slope);
+        let importance = match self.kept.last() {
+            Some(below) => {
+                let bend = self.slope - slope;
+                importance(
+                    (below.kind, &below.n),
+                    (a.kind, a.r),
+                    (b.kind, &b.n, b.r == self.path.critical),
+                    self.width,
+                    width,
+                    &bend,
+                    self.secant - secant,
+                    (AT_APEX * self.path.critical, 0.25 * self.tolerance),
+                )
+            }
+            None => f64::INFINITY,
+        };
+        self.needless |= importance < 0.0;
+        self.settle(a, secant, &slope);
+        self.keep(a, importance);
+        (self.width, self.secant, self.slope) = (width, secant, slope);
     }
 
-    /// What the place last added gives to the tangents, now that the segment above it is known: the secant there is
-    /// `secant`, the slope of u `slope`.
     #[inline(always)]
-    fn settle(&mut self, secant: f64, slope: &V) {
-        let node = &self.last;
-        let (n, turn) = (node.n, &node.turn);
-        let n_left = left(&n);
-        let weight = self.secant - secant;
-        let first = self.kept.is_empty();
-        match &node.moves {
-            None if node.kind == Kind::Stick => self.sticking += weight,
-            None => {
-                // du = n dG + n_left R d phi
-                self.by_slip += n_left * turn.by_slip.transpose() * weight;
-                self.by_growth += (n + n_left * turn.by_growth) * weight;
-            }
-            Some(moves) => {
-                if node.kind == Kind::Front {
-                    self.by_slip += moves.trial_by_slip * weight;
-                    self.by_growth += moves.trial_by_growth * weight;
-                } else if !first {
-                    // du0 = dv - dd
-                    let start = moves.trial_by_slip - M::identity();
-                    let by_slip = turn.by_slip
-                        + start.transpose() * turn.by_start
-                        + moves.depth_by_slip * turn.by_depth;
-                    let by_growth = turn.by_growth
-                        + turn.by_start.dot(&moves.trial_by_growth)
-                        + turn.by_depth * moves.depth_by_growth;
-                    self.by_slip += (n_left * by_slip.transpose() - n * moves.depth_by_slip.transpose()) * weight;
-                    self.by_growth += (n * (1.0 - moves.depth_by_growth) + n_left * by_growth) * weight;
-                }
-                // The place moves along the curve. Without any increment the apex does not: the side of a rising limit.
-                let at_rest = first && self.path.growth == 0.0 && node.kind == Kind::Stick;
-                if first && self.path.growth <= 0.0 && node.kind == Kind::Stick {
-                    // Nothing slips: the elements below the first knot stick, too.
-                    self.sticking += node.at.slope - secant;
-                }
-                if !at_rest {
-                    let below = if first { V::zeros() } else { self.slope * (self.secant - node.at.slope) };
-                    let along = below + slope * (node.at.slope - secant);
-                    self.by_slip += along * moves.depth_by_slip.transpose();
-                    self.by_growth += along * moves.depth_by_growth;
-                }
-            }
-        }
+    fn keep(&mut self, place: &Place, importance: f64) {
+        let number = self.kept.len() as u16;
+        self.importance.push(importance);
         self.kept.push(Kept {
-            r: node.r,
-            u: node.u,
-            n,
-            f: node.at.f,
-            kind: node.kind,
+            r: place.r,
+            u: place.u,
+            n: place.n,
+            f: place.at.f,
+            kind: place.kind,
+            below: number.wrapping_sub(1),
+            above: number + 1,
         });
     }
 
-    /// After the last place nothing holds any more: f' is 0 there.
+    /// What a place gives to the tangents: the secant below it is known, above it is `secant`, and u has the slope `slope`.
     #[inline(always)]
-    fn finish(&mut self) {
-        self.settle(0.0, &V::zeros());
-    }
-
-    /// D / T without the dead.
-    #[inline(always)]
-    fn dissipated(&self, gross: bool) -> f64 {
-        let end = if gross { self.last.slip } else { 0.0 };
-        self.work + end - 0.5 * self.path.growth * self.shared
-    }
-
-    /// Writes the knots that matter to `end`, at most `room`; gives the largest part of T that was given up.
-    #[inline(always)]
-    fn forget(&mut self, room: usize, end: &mut Knots<2>) -> f64 {
-        let critical = self.path.critical;
-        let tolerance = 0.25 * self.tolerance;
-        let kept = &mut *self.kept;
-        let mut importance = ArrayVec::<f64, NODES>::new();
-        let mut needless = false;
-        for k in 0..kept.len() {
-            let value = importance_of(kept, k, critical, tolerance);
-            needless |= value < 0.0;
-            importance.push(value);
-        }
-        let mut given_up: f64 = 0.0;
-        let remove = |kept: &mut ArrayVec<Kept, NODES>, importance: &mut ArrayVec<f64, NODES>, k: usize| {
-            kept.remove(k);
-            importance.remove(k);
-            for beside in [k - 1, k] {
-                importance[beside] = importance_of(kept, beside, critical, tolerance);
+    fn settle(&mut self, place: &Place, secant: f64, slope: &V) {
+        let (n, turn) = (&place.n, &place.turn);
+        let weight = self.secant - secant;
+        match (&place.moves, place.kind) {
+            (None, Kind::Stick) => self.sticking += weight,
+            (None, _) => {
+                // du = n dG + n_left R d phi
+                let n_left = left(n);
+                self.outcome.by_slip += n_left * weight * turn.by_slip.transpose();
+                self.outcome.by_growth += (n + n_left * turn.by_growth) * weight;
             }
-        };
-        if needless {
+            (Some(moves), _) => self.settle_moving(place, moves, weight, secant, slope),
+        }
+    }
+
+    /// The same for a place that moves along the curve.
+    fn settle_moving(&mut self, place: &Place, moves: &Moves, weight: f64, secant: f64, slope: &V) {
+        let (n, turn) = (place.n, &place.turn);
+        let at_apex = self.kept.is_empty();
+        let mut along = slope * (place.at.slope - secant);
+        if at_apex {
+            if self.path.growth <= 0.0 && place.kind == Kind::Stick {
+                // Nothing slips: the elements below the first knot stick, too.
+                self.sticking += place.at.slope - secant;
+                if self.path.growth == 0.0 {
+                    // Without any increment the apex does not move: the side of a rising limit.
+                    return;
+                }
+            }
+        } else {
+            along += self.slope * (self.secant - place.at.slope);
+            if place.kind == Kind::Front {
+                self.outcome.by_slip += moves.trial_by_slip * weight;
+                self.outcome.by_growth += moves.trial_by_growth * weight;
+            } else {
+                // du0 = dv - dd
+                let start = moves.trial_by_slip - M::identity();
+                let by_slip =
+                    turn.by_slip + start.transpose() * turn.by_start + moves.depth_by_slip * turn.by_depth;
+                let by_growth = turn.by_growth
+                    + turn.by_start.dot(&moves.trial_by_growth)
+                    + turn.by_depth * moves.depth_by_growth;
+                let n_left = left(&n);
+                self.outcome.by_slip +=
+                    (n_left * by_slip.transpose() - n * moves.depth_by_slip.transpose()) * weight;
+                self.outcome.by_growth += (n * (1.0 - moves.depth_by_growth) + n_left * by_growth) * weight;
+            }
+        }
+        self.outcome.by_slip += along * moves.depth_by_slip.transpose();
+        self.outcome.by_growth += along * moves.depth_by_growth;
+    }
+
+    /// After the last place nothing holds any more: f' is 0 there. `dead`: the dissipation of what died.
+    #[inline(always)]
+    fn finish(&mut self, last: &Place, gross: bool, dead: f64) {
+        self.settle(last, 0.0, &V::zeros());
+        self.keep(last, KEEP);
+        self.outcome.by_slip[(0, 0)] += self.sticking;
+        self.outcome.by_slip[(1, 1)] += self.sticking;
+        let end = if gross { last.slip } else { 0.0 };
+        self.outcome.dissipated = self.work + end - 0.5 * self.path.growth * self.shared + dead;
+    }
+
+    /// Writes the knots that matter to `end`, at most `room`; tells the largest part of T that was given up.
+    #[inline(always)]
+    fn forget(&mut self, room: usize, end: &mut Knots<2>) {
+        let last = self.kept.len() - 1;
+        let mut count = last;
+        if self.needless {
             let mut k = 1;
-            while k + 1 < kept.len() {
-                if importance[k] < 0.0 {
-                    remove(kept, &mut importance, k);
-                    k = (k - 1).max(1);
-                } else {
-                    k += 1;
+            while k < last {
+                let Kept { below, above, .. } = self.kept[k];
+                let needless = self.importance[k] < 0.0;
+                if needless {
+                    self.drop(k);
+                    count -= 1;
+                }
+                k = usize::from(if needless && below > 0 { below } else { above });
+            }
+        }
+        let mut given_up = self.hidden;
+        while count > room {
+            let (mut least, mut index) = (f64::INFINITY, 1);
+            for (k, &importance) in self.importance[..last].iter().enumerate() {
+                if importance < least {
+                    (least, index) = (importance, k);
                 }
             }
-        }
-        while kept.len() - 1 > room {
-            let mut least = 1;
-            for k in 2..kept.len() - 1 {
-                if importance[k] < importance[least] {
-                    least = k;
-                }
+            if least < KEEP {
+                given_up = given_up.max(least);
             }
-            if importance[least] < KEEP {
-                given_up = given_up.max(importance[least]);
+            self.drop(index);
+            count -= 1;
+        }
+        for (place, &importance) in self.kept.iter().zip(&self.importance) {
+            if importance < f64::INFINITY {
+                end.push(Knot { r: place.r, u: place.u.into() });
             }
-            remove(kept, &mut importance, least);
         }
-        for place in &kept[1..] {
-            end.push(Knot { r: place.r, u: place.u.into() });
+        self.outcome.forgotten = self.outcome.forgotten.max(given_up.sqrt());
+    }
+
+    /// Drops place k, neither the first nor the last: its importance becomes infinite, those beside it are neighbours.
+    fn drop(&mut self, k: usize) {
+        let (below, above) = (self.kept[k].below, self.kept[k].above);
+        self.importance[k] = f64::INFINITY;
+        self.kept[below as usize].above = above;
+        self.kept[above as usize].below = below;
+        for k in [below as usize, above as usize] {
+            if k > 0 && k + 1 < self.kept.len() {
+                let b = &self.kept[k];
+                let (a, c) = (&self.kept[b.below as usize], &self.kept[b.above as usize]);
+                let (low, high) = (b.r - a.r, c.r - b.r);
+                // Where one of them is 0 the place goes anyway.
+                let [over_low, over_high] = [low, high].map(|h| if h > 0.0 { 1.0 / h } else { 0.0 });
+                let bend = (b.u - a.u) * over_low - (c.u - b.u) * over_high;
+                let kink = (b.f - a.f) * over_low - (c.f - b.f) * over_high;
+                self.importance[k] = importance(
+                    (a.kind, &a.n),
+                    (b.kind, b.r),
+                    (c.kind, &c.n, c.r == self.path.critical),
+                    low,
+                    high,
+                    &bend,
+                    kink,
+                    (AT_APEX * self.path.critical, 0.25 * self.tolerance),
+                );
+            }
         }
-        given_up.max(0.0).sqrt()
     }
 }
 
-/// Square of the part of T that is lost with a place: the traction changes by |off the chord| |kink|, and on the cone the
-/// chord would hide h/4 |n_c - n_a| |kink|. The ends of the curve stay; fronts stay where they are not doubled.
+/// Square of the part of T that is lost with a place b between a and c, `low` above a and `high` below c: the traction changes
+/// by |off the chord| |kink|, and on the cone the chord would hide h/4 |n_c - n_a| |kink|. Fronts stay where they are not
+/// doubled. `bend`: change of the slope of u at b, `kink`: of that of f; c also tells whether it is the end of the curve.
+#[allow(clippy::too_many_arguments)]
 #[inline(always)]
-fn importance_of(kept: &[Kept], k: usize, critical: f64, tolerance: f64) -> f64 {
-    if k == 0 || k + 1 >= kept.len() {
-        return KEEP;
-    }
-    let (a, b, c) = (&kept[k - 1], &kept[k], &kept[k + 1]);
-    let (low, high) = (b.r - a.r, c.r - b.r);
-    let near = SAME * b.r;
-    if b.kind == Kind::Front {
-        let doubled = (low <= near && a.kind == Kind::Front)
-            || (high <= near && (k + 2 == kept.len() || c.kind == Kind::Front));
-        return if b.r <= AT_APEX * critical || doubled { DROP } else { KEEP };
+fn importance(
+    (kind_a, n_a): (Kind, &V),
+    (kind, r): (Kind, f64),
+    (kind_c, n_c, end): (Kind, &V, bool),
+    low: f64,
+    high: f64,
+    bend: &V,
+    kink: f64,
+    (at_apex, tolerance): (f64, f64),
+) -> f64 {
+    let near = SAME * r;
+    if kind == Kind::Front {
+        let doubled =
+            (low <= near && kind_a == Kind::Front) || (high <= near && (end || kind_c == Kind::Front));
+        return if r <= at_apex || doubled { DROP } else { KEEP };
     }
     if low <= near || high <= near {
         return DROP;
     }
-    let (over_low, over_high) = (1.0 / low, 1.0 / high);
-    let kink = (c.f - b.f) * over_high - (b.f - a.f) * over_low;
-    let bend = (b.u - a.u) * over_low - (c.u - b.u) * over_high;
     let along = low * high / (low + high);
-    let mut importance = bend.norm_squared() * along * along * kink * kink;
+    let kinked = kink * kink;
+    let mut importance = bend.norm_squared() * along * along * kinked;
     if importance < NEGLIGIBLE * NEGLIGIBLE {
         importance = DROP;
     }
-    if b.kind == Kind::Slip && a.kind != Kind::Stick && c.kind != Kind::Stick {
-        let turn = (c.n - a.n).norm_squared();
-        let hidden = 0.0625 * (low + high) * (low + high) * turn * kink * kink;
+    if kind == Kind::Slip && kind_a != Kind::Stick && kind_c != Kind::Stick {
+        let hidden = 0.0625 * (low + high) * (low + high) * (n_c - n_a).norm_squared() * kinked;
         if importance > 0.0 || hidden > tolerance {
             return importance.max(hidden);
         }
     }
     importance
-}
-
-/// Drops the knot below the last that changes the traction least; gives that part of T.
-#[cold]
-fn forget_least<B: Backbone>(curve: &Over<'_, B>, knots: &mut Knots<2>) -> f64 {
-    let (mut least, mut index) = (f64::INFINITY, 0);
-    let mut below = (Knot { r: 0.0, u: [0.0; 2] }, 0.0);
-    for k in 0..knots.len() - 1 {
-        let (b, c) = (knots[k], knots[k + 1]);
-        let [fb, fc] = [b.r, c.r].map(|r| curve.at(r).f);
-        let (a, fa) = below;
-        let (low, high) = (b.r - a.r, c.r - b.r);
-        let kink = (fb - fa) / low - (fc - fb) / high;
-        let part = low / (low + high);
-        let off = V::from(b.u) - V::from(a.u) * (1.0 - part) - V::from(c.u) * part;
-        let importance = off.norm() * kink.abs();
-        if importance < least {
-            (least, index) = (importance, k);
-        }
-        below = (b, fb);
-    }
-    knots.remove(index);
-    least
 }

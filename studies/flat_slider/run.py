@@ -16,8 +16,6 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 FOLDER = Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parent))
-
 import numpy as np  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
@@ -52,9 +50,8 @@ class Run:
 
 
 def law(method):
-    """mu, gcr, chi, method, reference pressure, fraction, kn: the library's property table."""
     number, part = METHODS[method]
-    return Law([MU, GCR, CHI, number, part * PRESSURE, 0, KN])
+    return Law(mu=MU, gcr=GCR, exponent=CHI, method=number, reference_pressure=part * PRESSURE, kn=KN)
 
 
 def history():

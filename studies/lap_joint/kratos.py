@@ -21,21 +21,21 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # more threads are slower here
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent), str(HERE.parents[1] / "hosts/kratos"), str(HERE.parents[1] / "hosts")]
-
 import matplotlib  # noqa: E402
+import mepc  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as pyplot  # noqa: E402
 import numpy as np  # noqa: E402
 from condense import Moved, condense  # noqa: E402
 from contact import Contact, Law, Solver  # noqa: E402
-from joint import MESHES, POISSON, SEED, YOUNG, Case, bolt_force, build, supports  # noqa: E402
+from geometry import MESHES, POISSON, YOUNG, build, supports  # noqa: E402
+from joint import SEED, Case, bolt_force  # noqa: E402
 from kratos_joint import KratosJoint, versions  # noqa: E402
 from loops import ROOT, cycle, provenance, write_csv  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
-LIBRARY = Path(os.environ.get("MEPC_LIBRARY", ROOT / "target/release/libmepc.so")).resolve()
+LIBRARY = Path(mepc.library)
 CASE = Case("P900", preload=900.0, mu=0.3, amplitude=0.02)
 # Half a percent of F_s was asked for. The discrete problems are the same one, so what is left is what the two Newton
 # methods leave of their residuals.
@@ -62,7 +62,7 @@ class ScikitJoint:
             mesh, held, [Moved(moved, 0)], YOUNG, POISSON, incompatible, [(moved, 1), (moved, 2)], progress=False)
 
     def with_law(self, properties):
-        contact = Contact(self.mesh.pairs, {name: Law(props) for name, props in properties.items()})
+        contact = Contact(self.mesh.pairs, {name: Law.from_props(props) for name, props in properties.items()})
         self.solver = Solver(self.interface, contact)
         self.now = self.solver.start()
         return self
@@ -126,8 +126,6 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--small", action="store_true", help="coarser mesh, fewer steps")
     options = parser.parse_args()
-    if not LIBRARY.is_file():
-        parser.error(f"no library {LIBRARY}: run make library first")
     output = ROOT / "build/studies/kratos" if options.small else HERE / "results/kratos"
     output.mkdir(parents=True, exist_ok=True)
     density, quarter = (MESHES["smallest"], 4) if options.small else (MESHES["coarse"], CASE.quarter)

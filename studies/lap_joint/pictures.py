@@ -9,12 +9,9 @@ The strip and the animation need build/studies/lap_joint/maps.csv (study.py maps
 
 import argparse
 import io
-import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
-
 import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")
@@ -428,7 +425,7 @@ BODY_NAMES = {"fixed": "fixed plate", "moving": "moving plate", "washer": "force
 
 def mesh():
     """The half behind the plane y = 0, which the mesh has as a plane of nodes; contact in orange on the cut."""
-    from joint import build
+    from geometry import build
 
     grid = build()
     centre = grid.points[grid.hexahedra].mean(axis=1)

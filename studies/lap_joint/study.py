@@ -29,11 +29,10 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from tqdm import tqdm
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import paper  # noqa: E402
 from contact import parts  # noqa: E402
-from joint import MESHES, Case, Geometry, interface, run  # noqa: E402
+from geometry import MESHES, Geometry  # noqa: E402
+from joint import Case, interface, run  # noqa: E402
 from loops import ROOT, identify, provenance, read_csv, write_csv  # noqa: E402
 
 HERE = Path(__file__).resolve().parent

@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
-import paper  # noqa: E402
+import paper
 
 RESULTS = HERE / "results"
 QUANTITIES = ("k_alpha_N_per_mm", "F_s_N", "X_s_mm", "kappa")  # as in the paper's tables

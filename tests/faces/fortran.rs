@@ -1,10 +1,9 @@
 //! The Fortran programs that play the host.
 
-use crate::support::native::library_path;
+pub use crate::support::programs::run;
+use crate::support::programs::{STRICT_FORTRAN, compile, in_repository};
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 
 /// Normal stiffness of the callers, a power of two (tests/fortran/history.f90).
@@ -16,46 +15,21 @@ pub const POINTS: usize = 3;
 pub fn program(name: &str, parts: &[&str], flags: &[&str]) -> PathBuf {
     static DONE: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let mut done = DONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let directory = root.join("build/faces").join(name);
+    let directory = in_repository("build/faces").join(name);
     let program = directory.join(name);
     if done.contains(name) {
         return program;
     }
     std::fs::create_dir_all(&directory).expect("a directory for the program");
-    let library = library_path();
-    let output = Command::new("gfortran")
-        .args([
-            "-std=f2018",
-            "-O1",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-Wno-compare-reals",
-            "-fimplicit-none",
-        ])
-        .args(["-fcheck=all", "-ffpe-trap=invalid,zero,overflow", "-J"])
-        .arg(&directory)
-        .args(flags)
-        .args(
-            parts
-                .iter()
-                .map(|part| root.join("tests/fortran").join(format!("{part}.f90"))),
-        )
-        .arg(&library)
-        .arg(format!(
-            "-Wl,-rpath,{}",
-            library.parent().expect("a directory").display()
-        ))
-        .arg("-o")
-        .arg(&program)
-        .output()
-        .expect("gfortran (make setup installs it)");
-    assert!(
-        output.status.success(),
-        "{name}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let strict = [
+        &STRICT_FORTRAN[..],
+        &["-O1", "-Wno-compare-reals", "-fimplicit-none", "-fcheck=all"],
+        &["-ffpe-trap=invalid,zero,overflow"],
+        flags,
+    ];
+    let source = |part: &&str| in_repository(&format!("tests/fortran/{part}.f90"));
+    let sources: Vec<PathBuf> = parts.iter().map(source).collect();
+    compile("gfortran", &strict.concat(), &sources, &program);
     done.insert(name.to_string());
     program
 }
@@ -64,24 +38,6 @@ pub fn program(name: &str, parts: &[&str], flags: &[&str]) -> PathBuf {
 pub fn caller(name: &str) -> PathBuf {
     let call = format!("call_{name}");
     program(&call, &["history", "explicit_contacts", &call], &[])
-}
-
-/// Runs a program with this standard input.
-pub fn run(program: &Path, arguments: &[&str], input: &str) -> Output {
-    let mut child = Command::new(program)
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program runs");
-    let mut stdin = child.stdin.take().expect("piped");
-    let input = input.to_string();
-    // A program that stops early closes its end: what it says then is what counts.
-    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
-    let output = child.wait_with_output().expect("the program ends");
-    let _ = writer.join().expect("no panic");
-    output
 }
 
 /// The numbers that a caller prints, line by line.

@@ -7,6 +7,7 @@ pub mod flags;
 pub mod fric;
 pub mod native;
 pub mod paths;
+pub mod programs;
 pub mod structures;
 pub mod tangent;
 pub mod vectors;

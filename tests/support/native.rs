@@ -10,6 +10,7 @@ use std::time::SystemTime;
 
 /// Statuses of the C interface.
 pub const MEMORY_FULL: i32 = 1;
+pub const NOT_DESCRIBED: i32 = 2;
 pub const NULL_POINTER: i32 = -1;
 pub const BAD_PROPERTY: i32 = -2;
 pub const BAD_STATE: i32 = -3;
@@ -85,12 +86,17 @@ functions! {
     mepc_law_free: fn(LawPointer);
     mepc_state_size: fn(*const f64, i32, i32) -> i32;
     mepc_state_name: fn(LawPointer, i32) -> *const c_char;
-    mepc_friction: fn(LawPointer, *const f64, f64, *const f64, *mut f64, *mut f64, *mut f64, *mut f64, *mut f64) -> i32;
-    mepc_interface: fn(LawPointer, *const f64, *const f64, *mut f64, *mut f64, *mut f64, *mut f64) -> i32;
-    mepc_friction_batch: fn(LawPointer, i64, *const f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64,
-        *mut f64, *mut f64, *mut i32, i32) -> i32;
-    mepc_interface_batch: fn(LawPointer, i64, *const f64, *const f64, *mut f64, *mut f64, *mut f64, *mut f64,
-        *mut i32, i32) -> i32;
+    mepc_friction: fn(LawPointer, *const f64, f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64, *mut f64,
+        *mut f64) -> i32;
+    mepc_interface: fn(LawPointer, *const f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64, *mut f64) -> i32;
+    mepc_friction_batch: fn(LawPointer, i64, *const f64, *const f64, *const f64, *const f64, *mut f64, *mut f64,
+        *mut f64, *mut f64, *mut f64, *mut i32, i32) -> i32;
+    mepc_interface_batch: fn(LawPointer, i64, *const f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64,
+        *mut f64, *mut i32, i32) -> i32;
+    mepc_friction_history: fn(LawPointer, i64, *const f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64,
+        *mut f64, *mut f64) -> i32;
+    mepc_friction_history_batch: fn(LawPointer, i64, i64, *const f64, *const f64, *const f64, *mut f64, *mut f64,
+        *mut f64, *mut f64, *mut f64, *mut i32, i32) -> i32;
 }
 
 /// The library, loaded once per test program.
@@ -162,6 +168,7 @@ impl NativeLaw {
                 self.pointer,
                 slip.as_ptr(),
                 pressure,
+                null(),
                 state.as_ptr(),
                 state.as_mut_ptr(),
                 out.traction.as_mut_ptr(),
@@ -184,6 +191,7 @@ impl NativeLaw {
             (native().mepc_interface)(
                 self.pointer,
                 opening.as_ptr(),
+                null(),
                 state.as_ptr(),
                 state.as_mut_ptr(),
                 out.traction.as_mut_ptr(),
@@ -249,6 +257,12 @@ impl Watched {
         self.numbers[Self::MARGIN..].as_mut_ptr()
     }
 
+    /// Fills the array: what it holds before the call.
+    pub fn fill(&mut self, value: f64) {
+        let len = self.numbers.len();
+        self.numbers[Self::MARGIN..len - Self::MARGIN].fill(value);
+    }
+
     /// The array, after a look at what is around it.
     pub fn values(&self) -> &[f64] {
         let (before, rest) = self.numbers.split_at(Self::MARGIN);
@@ -287,6 +301,7 @@ pub struct FrictionCall<'a> {
     pub law: LawPointer,
     pub slip: Option<&'a [f64]>,
     pub pressure: f64,
+    pub mu_factor: Option<f64>,
     pub state0: Option<&'a [f64]>,
     /// state1, traction, dtraction_dslip, dtraction_dpressure, energy.
     pub outputs: [Option<Watched>; 5],
@@ -299,6 +314,7 @@ impl<'a> FrictionCall<'a> {
             law: law.pointer,
             slip: Some(slip),
             pressure,
+            mu_factor: None,
             state0: Some(state0),
             outputs: [law.nstate, n, n * n, n, 2].map(|len| Some(Watched::new(len))),
         }
@@ -309,6 +325,10 @@ impl WatchedCall for FrictionCall<'_> {
     fn call(&mut self) -> i32 {
         let input = |array: Option<&[f64]>| array.map_or(null(), <[f64]>::as_ptr);
         let (slip, state0) = (input(self.slip), input(self.state0));
+        let factor = self
+            .mu_factor
+            .as_ref()
+            .map_or(null(), |factor| &raw const *factor);
         let [state1, traction, dslip, dpressure, energy] = self
             .outputs
             .each_mut()
@@ -319,6 +339,7 @@ impl WatchedCall for FrictionCall<'_> {
                 self.law,
                 slip,
                 self.pressure,
+                factor,
                 state0,
                 state1,
                 traction,
@@ -339,6 +360,7 @@ impl WatchedCall for FrictionCall<'_> {
 pub struct InterfaceCall<'a> {
     pub law: LawPointer,
     pub opening: Option<&'a [f64]>,
+    pub mu_factor: Option<f64>,
     pub state0: Option<&'a [f64]>,
     pub outputs: [Option<Watched>; 4],
 }
@@ -349,6 +371,7 @@ impl<'a> InterfaceCall<'a> {
         InterfaceCall {
             law: law.pointer,
             opening: Some(opening),
+            mu_factor: None,
             state0: Some(state0),
             outputs: [law.nstate, n, n * n, 2].map(|len| Some(Watched::new(len))),
         }
@@ -359,13 +382,19 @@ impl WatchedCall for InterfaceCall<'_> {
     fn call(&mut self) -> i32 {
         let input = |array: Option<&[f64]>| array.map_or(null(), <[f64]>::as_ptr);
         let (opening, state0) = (input(self.opening), input(self.state0));
+        let factor = self
+            .mu_factor
+            .as_ref()
+            .map_or(null(), |factor| &raw const *factor);
         let [state1, traction, tangent, energy] = self
             .outputs
             .each_mut()
             .map(|output| output.as_mut().map_or(null_mut(), Watched::pointer));
         // SAFETY: arrays of the documented sizes, or NULL.
         let call = || unsafe {
-            (native().mepc_interface)(self.law, opening, state0, state1, traction, tangent, energy)
+            (native().mepc_interface)(
+                self.law, opening, factor, state0, state1, traction, tangent, energy,
+            )
         };
         flags::watch(call)
     }

@@ -1,11 +1,12 @@
-//! Runs the replay drivers and reads the tables they write.
+//! Runs the two replay programs and reads tables.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, anyhow, bail};
 
-use crate::manifest::Case;
+use crate::generated;
+use crate::manifest::{Case, Method};
 
 /// A CSV file of numbers with named columns.
 #[derive(Debug, Clone)]
@@ -62,92 +63,122 @@ impl Table {
     }
 
     pub fn columns(&self) -> impl Iterator<Item = (&str, &[f64])> {
-        self.names
-            .iter()
-            .map(String::as_str)
-            .zip(self.columns.iter().map(Vec::as_slice))
+        let columns = self.columns.iter().map(Vec::as_slice);
+        self.names.iter().map(String::as_str).zip(columns)
     }
 }
 
-/// One of the two replay programs.
-pub struct Driver {
-    program: PathBuf,
-    /// The shared library, for the driver that loads it itself.
-    library: Option<PathBuf>,
+/// A case with what goes in and what came out of both programs, method after method.
+pub struct Replayed {
+    pub case: Case,
+    pub history: Table,
+    pub patch: Option<Table>,
+    pub c: Vec<Table>,
+    pub fortran: Vec<Table>,
+    /// Updates of the C driver in which the memory was full; FRIC has no place for this status.
+    pub memory_full: Vec<u64>,
 }
 
-impl Driver {
-    /// The C driver, which opens the shared library at run time.
-    pub fn c(root: &Path) -> Result<Driver> {
-        let program = root.join("build/mepc_replay");
-        let library = root.join("target/release/libmepc.so");
-        for path in [&program, &library] {
-            if !path.exists() {
-                bail!("{}: not there, run `make` first", path.display());
-            }
-        }
-        Ok(Driver {
-            program,
-            library: Some(library),
-        })
-    }
+/// The two programs; the C driver opens the shared library, the Fortran driver is linked with it.
+pub struct Drivers {
+    c: PathBuf,
+    fortran: PathBuf,
+    library: PathBuf,
+}
 
-    /// The Fortran driver, which is linked with the library.
-    pub fn fortran(root: &Path) -> Result<Driver> {
-        let program = root.join("build/fric_replay");
-        if !program.exists() {
-            bail!("{}: not there, run `make` first", program.display());
-        }
-        Ok(Driver {
-            program,
-            library: None,
-        })
-    }
-
-    /// Replays a case and leaves the driver's table in `output`. Returns it and the number of updates in which the memory was
-    /// full, as far as the driver knows: FRIC has no place for the library's advisory status.
-    pub fn replay(&self, case: &Case, method: u8, output: &Path) -> Result<(Table, u64)> {
-        let mut command = Command::new(&self.program);
-        match &case.patch {
-            None => command.arg("point"),
-            Some(patch) => command.arg("patch").arg(patch),
+impl Drivers {
+    pub fn find(root: &Path) -> Result<Drivers> {
+        let drivers = Drivers {
+            c: root.join("build/mepc_replay"),
+            fortran: root.join("build/fric_replay"),
+            library: root.join("target/release/libmepc.so"),
         };
-        command.arg(&case.history);
-        let props: Vec<String> = case.props(method).iter().map(f64::to_string).collect();
-        command.arg("--props").arg(props.join(","));
-        command.arg("--output").arg(output);
-        if let Some(nstate) = case.nstate {
-            command.arg("--nstate").arg(nstate.to_string());
-        }
-        for (option, stiffness) in [("--series", case.series), ("--parallel", case.parallel)] {
-            if let Some(stiffness) = stiffness {
-                command.arg(option).arg(stiffness.to_string());
+        for path in [&drivers.c, &drivers.fortran, &drivers.library] {
+            if !path.exists() {
+                bail!("{}: not there, run `make build` first", path.display());
             }
         }
-        if let Some(library) = &self.library {
-            command.arg("--library").arg(library);
-        }
-        let run = command
-            .output()
-            .with_context(|| format!("{} does not start", self.program.display()))?;
-        let said = String::from_utf8_lossy(&run.stderr);
-        if !run.status.success() {
-            bail!(
-                "{} on case {}, method {method}: {}: {}",
-                self.program.display(),
-                case.name,
-                run.status,
-                said.trim()
-            );
-        }
-        let memory_full = memory_full(&said).with_context(|| said.trim().to_string())?;
-        Ok((Table::read(output)?, memory_full))
+        Ok(drivers)
     }
+
+    /// Replays a case with all methods; the programs' tables stay in `output`.
+    pub fn replay(&self, case: Case, output: &Path) -> Result<Replayed> {
+        let mut replayed = Replayed {
+            history: Table::read(&case.history)?,
+            patch: case.patch.as_deref().map(Table::read).transpose()?,
+            case,
+            c: Vec::new(),
+            fortran: Vec::new(),
+            memory_full: Vec::new(),
+        };
+        for &method in replayed.case.methods() {
+            let case = &replayed.case;
+            let file = |language: &str| {
+                output.join(format!("{}_{}_{language}.csv", case.name, method.name()))
+            };
+            let (table, said) = run(&self.c, Some(&self.library), case, method, &file("c"))?;
+            replayed
+                .memory_full
+                .push(memory_full(&said).with_context(|| said.clone())?);
+            replayed.c.push(table);
+            let (table, _) = run(&self.fortran, None, case, method, &file("fortran"))?;
+            replayed.fortran.push(table);
+        }
+        Ok(replayed)
+    }
+}
+
+/// Runs a program; its table, which is written to a file, and what it said on standard error.
+fn run(
+    program: &Path,
+    library: Option<&Path>,
+    case: &Case,
+    method: Method,
+    output: &Path,
+) -> Result<(Table, String)> {
+    let mut command = Command::new(program);
+    command.arg(if case.patch.is_some() {
+        "patch"
+    } else {
+        "point"
+    });
+    command.args(library);
+    let props: Vec<String> = case.props(method).iter().map(f64::to_string).collect();
+    command
+        .arg(props.join(","))
+        .args(&case.patch)
+        .arg(&case.history);
+    let options = [
+        ("--nstate", case.nstate.map(f64::from)),
+        ("--series", case.series),
+        ("--parallel", case.parallel),
+    ];
+    for (option, value) in options {
+        command.args(
+            value
+                .into_iter()
+                .flat_map(|value| [option.to_string(), value.to_string()]),
+        );
+    }
+    let run = command
+        .output()
+        .with_context(|| format!("{} does not start", program.display()))?;
+    let said = String::from_utf8_lossy(&run.stderr).trim().to_string();
+    if !run.status.success() {
+        let program = program.display();
+        bail!(
+            "{program} on case {}, method {}: {said}",
+            case.name,
+            method.name()
+        );
+    }
+    generated::write(output, &String::from_utf8_lossy(&run.stdout))?;
+    Ok((Table::read(output)?, said))
 }
 
 /// The number in the driver's note on a full memory, zero without a note.
 fn memory_full(said: &str) -> Result<u64> {
-    match said.split_once("note: the memory was full in ") {
+    match said.split_once("a knot that mattered was dropped in ") {
         None => Ok(0),
         Some((_, rest)) => Ok(rest.split(' ').next().unwrap_or_default().parse()?),
     }
@@ -159,9 +190,9 @@ mod tests {
 
     #[test]
     fn the_note_on_a_full_memory_is_read() {
-        let said = "mepc_replay: note: the memory was full in 5 updates and the least important";
+        let said = "mepc_replay: note: a knot that mattered was dropped in 5 updates, a longer state keeps it";
         assert_eq!(memory_full(said).unwrap(), 5);
         assert_eq!(memory_full("").unwrap(), 0);
-        assert!(memory_full("note: the memory was full in some updates").is_err());
+        assert!(memory_full("a knot that mattered was dropped in some updates").is_err());
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 
-use crate::generated::{Generated, settle};
+use crate::generated::settle;
 
 pub fn run(root: &Path, check: bool) -> Result<()> {
     let rules = root.join("cbindgen.toml");
@@ -19,12 +19,18 @@ pub fn run(root: &Path, check: bool) -> Result<()> {
         .context("cbindgen")?
         .write(&mut text);
     let text = String::from_utf8(text).context("cbindgen's output is not text")?;
-    let file = Generated {
-        path: root.join("include/mepc.h"),
+    let text = text
         // The heading is for Rust's tools; what stands under it is for a C caller too.
-        text: text.replace("\n # Safety\n", "\n"),
-    };
-    settle(&[file], check, "cargo xtask header")?;
+        .replace("\n # Safety\n", "\n")
+        // C89 knows no comments of this kind.
+        .replace("// extern \"C\"", "/* extern \"C\" */")
+        .replace("// __cplusplus", "/* __cplusplus */");
+    settle(
+        &root.join("include/mepc.h"),
+        &text,
+        check,
+        "cargo xtask header",
+    )?;
     println!(
         "include/mepc.h {}",
         if check { "up to date" } else { "written" }

@@ -1,15 +1,14 @@
 //! Chores of the repository: generated files and their drift checks, the demo's table and pictures.
 
-mod cases;
+mod comparison;
 mod demo;
 mod drivers;
+mod expected;
 mod generated;
 mod header;
 mod manifest;
 mod pictures;
-mod reference;
 mod symbols;
-mod vectors;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -41,18 +40,6 @@ enum Chore {
         #[arg(long, default_value = "target/release/libmepc.so")]
         library: PathBuf,
     },
-    /// Write the test vectors of tests/vectors from the independent references.
-    Vectors {
-        /// Write nothing; fail when a file on disk differs.
-        #[arg(long)]
-        check: bool,
-    },
-    /// Write the histories and patches of cases/.
-    Cases {
-        /// Write nothing; fail when a file on disk differs.
-        #[arg(long)]
-        check: bool,
-    },
     /// Replay every case with both drivers: table on the screen, CSV files and pictures in build/demo.
     Demo {
         /// Also copy the picture of the three methods to docs/loops.svg.
@@ -68,8 +55,6 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().chore {
         Chore::Header { check } => header::run(root, check),
         Chore::Symbols { check, library } => symbols::run(root, &root.join(library), check),
-        Chore::Vectors { check } => vectors::run(root, check),
-        Chore::Cases { check } => cases::run(root, check),
         Chore::Demo { docs } => demo::run(root, docs),
     };
     match result {

@@ -5,6 +5,26 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 
+/// The library's methods, as its property 4 numbers them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The law with memory.
+    Memory = 0,
+    /// The standard penalty method.
+    Penalty = 1,
+    /// Rigid stick.
+    Lagrange = 2,
+}
+
+impl Method {
+    pub const ALL: [Method; 3] = [Method::Memory, Method::Penalty, Method::Lagrange];
+
+    /// In file names and in the table.
+    pub fn name(self) -> &'static str {
+        ["memory", "penalty", "Lagrange"][self as usize]
+    }
+}
+
 /// A history with the law it is replayed on.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -19,6 +39,9 @@ pub struct Case {
     pub patch: Option<PathBuf>,
     /// Properties mu, gcr, chi; the demo fills in the method.
     pub props: [f64; 3],
+    /// Reference pressure of the consistent rule; without it the proportional rule.
+    #[serde(default)]
+    pub reference_pressure: f64,
     /// Stiffness between the prescribed displacement and the patch.
     pub series: Option<f64>,
     /// Stiffness beside the patch.
@@ -29,6 +52,9 @@ pub struct Case {
     pub circle: Option<f64>,
     /// Length of the state array, so short that the memory gets full; the library's default without it.
     pub nstate: Option<u32>,
+    /// Only the method with memory.
+    #[serde(default)]
+    pub memory_only: bool,
     /// Name of the case whose force this one must reproduce.
     pub same_loop_as: Option<String>,
 }
@@ -46,10 +72,21 @@ impl Case {
         self.props[2]
     }
 
+    /// The methods that it is replayed with.
+    pub fn methods(&self) -> &'static [Method] {
+        &Method::ALL[..if self.memory_only { 1 } else { 3 }]
+    }
+
     /// The property array with the method.
-    pub fn props(&self, method: u8) -> [f64; 4] {
+    pub fn props(&self, method: Method) -> [f64; 5] {
         let [mu, gcr, chi] = self.props;
-        [mu, gcr, chi, f64::from(method)]
+        [
+            mu,
+            gcr,
+            chi,
+            f64::from(method as u8),
+            self.reference_pressure,
+        ]
     }
 }
 

@@ -5,8 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, RGBColor, Stroke};
 
-use crate::demo::{METHODS, Replayed};
-use crate::drivers::Table;
+use crate::drivers::{Replayed, Table};
 use crate::generated;
 
 const MICRO: f64 = 1000.0;
@@ -32,6 +31,7 @@ const TRACTION_2: Quantity = quantity("traction_2", "traction τ₂ (MPa)", 1.0)
 const SLIP: Quantity = quantity("slip_1", "slip g (µm)", MICRO);
 const TRACTION: Quantity = quantity("traction_1", "traction τ (MPa)", 1.0);
 const TIME: Quantity = quantity("time", "time (s)", 1.0);
+const DISSIPATED: Quantity = quantity("dissipated_energy", "dissipated energy (mJ/mm²)", 1.0);
 const DISPLACEMENT: Quantity = quantity("displacement_1", "displacement u (µm)", MICRO);
 const FORCE: Quantity = quantity("force_1", "force F (N)", 1.0);
 const ROTATION: Quantity = quantity("rotation", "rotation θ (mrad)", 1000.0);
@@ -110,6 +110,29 @@ pub fn write(cases: &[Replayed], output: &Path, docs: Option<&Path>) -> Result<u
             ],
         )?,
     ));
+    let rules = |name: &str| -> Result<[&Replayed; 2]> {
+        Ok([find(name)?, find(&format!("{name}_proportional"))?])
+    };
+    let [consistent, _] = rules("pulsing_pressure")?;
+    let mut held = two_rules(
+        rules("pulsing_pressure")?,
+        "Pulsing pressure, held slip",
+        &TRACTION,
+    )?;
+    held.curves.push(curve(
+        &consistent.c[0],
+        &TIME,
+        &quantity("pressure", "", consistent.case.mu()),
+        "limit µp",
+        Stroke::Dashed,
+        GREY,
+    )?);
+    pictures.push(("two_rules_traction".to_string(), held));
+    let title = "Pulsing pressure, small cycles of slip: energy dissipated since the start";
+    pictures.push((
+        "two_rules_energy".to_string(),
+        two_rules(rules("pulsing_slip")?, title, &DISSIPATED)?,
+    ));
     for (name, figure) in &pictures {
         generated::write(&output.join(format!("{name}.svg")), &figure.svg()?)?;
     }
@@ -168,8 +191,34 @@ fn three_methods(r: &Replayed, title: &str, x: &Quantity, y: &Quantity) -> Resul
         let label = ["memory effect", "standard penalty", "Lagrange multipliers"][method];
         curve(&r.c[method], x, y, label, looks[method].0, looks[method].1)
     });
-    debug_assert_eq!(r.c.len(), METHODS.len());
     figure(title, x, y, curves)
+}
+
+/// A quantity against time under the consistent and the proportional rule.
+fn two_rules(
+    [consistent, proportional]: [&Replayed; 2],
+    title: &str,
+    y: &Quantity,
+) -> Result<Figure> {
+    let curves = [
+        curve(
+            &proportional.c[0],
+            &TIME,
+            y,
+            "proportional rule (the paper's)",
+            Stroke::Dashed,
+            ORANGE,
+        ),
+        curve(
+            &consistent.c[0],
+            &TIME,
+            y,
+            "consistent rule",
+            Stroke::Solid,
+            BLUE,
+        ),
+    ];
+    figure(title, &TIME, y, curves)
 }
 
 /// The limit +-mu p against time.

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::generated::{Generated, settle};
+use crate::generated::settle;
 
 pub fn run(root: &Path, library: &Path, check: bool) -> Result<()> {
     if !library.exists() {
@@ -24,11 +24,13 @@ pub fn run(root: &Path, library: &Path, check: bool) -> Result<()> {
     }
     let names = exported(&String::from_utf8(nm.stdout).context("nm's output is not text")?);
     let count = names.len();
-    let file = Generated {
-        path: root.join("tests/symbols.txt"),
-        text: names.iter().map(|name| format!("{name}\n")).collect(),
-    };
-    settle(&[file], check, "cargo xtask symbols")?;
+    let text: String = names.iter().map(|name| format!("{name}\n")).collect();
+    settle(
+        &root.join("tests/symbols.txt"),
+        &text,
+        check,
+        "cargo xtask symbols",
+    )?;
     println!(
         "tests/symbols.txt: {count} symbols {}",
         if check { "as frozen" } else { "written" }

@@ -5,12 +5,15 @@
 //! T = c + k u +- [2 H(d/2) - H(A)], d the distance from the reversal.
 
 use mepc::backbone::{Backbone, PowerLaw};
-use mepc::iwan::least_squares::{Problem, correlation, inflation, search};
-use mepc::iwan::{Fit, Point, Record};
+use mepc::iwan::least_squares::{correlation, inflation, rough_search, search};
+use mepc::iwan::masing::{Curve, Masing};
+use mepc::iwan::{Fit, Record};
 use nalgebra::{DMatrix, DVector};
 
 /// Residuals below this part of the force are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Unknowns of the curve: F, ln gcr, C.
+const UNKNOWNS: usize = 3;
 
 /// What was found.
 pub struct SprungFit {
@@ -53,71 +56,72 @@ impl SprungFit {
     }
 }
 
-/// A record, scaled by its amplitude and its largest force.
-pub struct Sprung {
+/// The curve of first loading of a contact behind a spring.
+#[derive(Clone)]
+struct Contact {
     backbone: PowerLaw,
-    chi: f64,
-    points: Vec<Point>,
-    /// How many of them each branch has.
-    branches: Vec<usize>,
-    length: f64,
-    force: f64,
 }
 
-impl Sprung {
-    pub fn new(record: &Record, chi: f64) -> Self {
-        let force = record
-            .force
-            .iter()
-            .fold(0.0, |most: f64, f| most.max(f.abs()));
+/// A record against the contact with some exponent.
+pub struct Sprung<'a> {
+    problem: Masing<'a, Contact, UNKNOWNS>,
+    chi: f64,
+}
+
+impl<'a> Sprung<'a> {
+    pub fn new(record: &'a Record, chi: f64) -> Self {
+        let backbone = PowerLaw::new(chi);
         Sprung {
-            backbone: PowerLaw::new(chi),
+            problem: Masing::new(record, Contact { backbone }),
             chi,
-            points: record.scaled(force),
-            branches: record.branches.iter().map(|b| b.points.len()).collect(),
-            length: record.amplitude,
-            force,
         }
     }
 
     /// Starts from the joint's parameters: X_s = gcr + C F_s and the stick stiffness give gcr and C for this chi.
-    pub fn fit(&self, joint: &Fit) -> SprungFit {
+    fn starts(&self, joint: &Fit) -> [DVector<f64>; 3] {
+        let (length, unit) = (self.problem.record.amplitude, self.problem.unit);
         let found = joint.joint;
-        let x = found.displacement / self.length;
-        let force = found.force / self.force;
+        let x = found.displacement / length;
+        let force = found.force / unit;
         let part = (1.0 - 1.0 / found.chi()) / (1.0 - 1.0 / self.chi);
-        let start = |part: f64| {
+        [part, 0.3, 0.7].map(|part| {
             let gcr = part.clamp(0.05, 0.999) * x;
             DVector::from_column_slice(&[
                 force,
                 gcr.ln(),
                 (x - gcr) / force,
-                found.residual * self.length / self.force,
-                joint.offset / self.force,
+                found.residual * length / unit,
+                joint.offset / unit,
             ])
-        };
-        let every = |stride| Sprung {
-            backbone: self.backbone.clone(),
-            points: self.points.iter().step_by(stride).cloned().collect(),
-            branches: Vec::new(),
-            ..*self
-        };
-        let best = search(self, every, [part, 0.3, 0.7].map(start)).expect("three starts");
-        let gcr = best.parameters[1].exp() * self.length;
-        let (compliance, stiffness) = (self.length / self.force, self.force / self.length);
-        let correlation = self.correlation(&best.parameters);
-        let count = self.points.len();
-        let free = (count - self.bounds().len()) as f64;
+        })
+    }
+
+    /// Mean square residual of the best fit, by no more points than that takes.
+    pub fn mean_square(&self, joint: &Fit) -> f64 {
+        let best = rough_search(&self.problem, self.starts(joint)).expect("three starts");
+        best.sum / best.count as f64 * self.problem.unit.powi(2)
+    }
+
+    /// The best fit.
+    pub fn fit(&self, joint: &Fit) -> SprungFit {
+        let (length, unit) = (self.problem.record.amplitude, self.problem.unit);
+        let best = search(&self.problem, self.starts(joint)).expect("three starts");
+        let gcr = best.parameters[1].exp() * length;
+        let (compliance, stiffness) = (length / unit, unit / length);
+        let count = best.count;
+        let mut residuals = Vec::with_capacity(count);
+        self.problem.residuals(&best.parameters, &mut residuals);
+        let correlation = correlation(&residuals, self.problem.lengths(), ROUNDING * unit);
+        let free = (count - self.problem.unknowns()) as f64;
         let variance = best.sum / free * inflation(correlation, count);
-        let units =
-            DVector::from_column_slice(&[self.force, gcr, compliance, stiffness, self.force]);
+        let units = DVector::from_column_slice(&[unit, gcr, compliance, stiffness, unit]);
         SprungFit {
             chi: self.chi,
-            force: best.parameters[0] * self.force,
+            force: best.parameters[0] * unit,
             gcr,
             compliance: best.parameters[2] * compliance,
             residual: best.parameters[3] * stiffness,
-            rms: (best.sum / count as f64).sqrt() * self.force,
+            rms: (best.sum / count as f64).sqrt() * unit,
             correlation,
             covariance: best
                 .normal
@@ -125,17 +129,15 @@ impl Sprung {
                 .map(|inverse| inverse.component_mul(&(&units * units.transpose())) * variance),
         }
     }
+}
 
-    fn correlation(&self, unknowns: &DVector<f64>) -> f64 {
-        let mut gradient = [0.0; 5];
-        let residuals: Vec<f64> = (0..self.points.len())
-            .map(|index| self.residual(unknowns, index, &mut gradient))
-            .collect();
-        correlation(&residuals, self.branches.iter().copied(), ROUNDING)
-    }
-
+impl Curve<UNKNOWNS> for Contact {
     /// H(u) and its derivatives by F, ln gcr and C.
-    fn first_loading(&self, u: f64, force: f64, gcr: f64, compliance: f64) -> [f64; 4] {
+    fn at(&self, u: f64, &[force, log_gcr, compliance]: &[f64; UNKNOWNS]) -> (f64, [f64; 3]) {
+        let gcr = log_gcr.exp();
+        if u >= gcr + compliance * force {
+            return (force, [1.0, 0.0, 0.0]);
+        }
         let shape = |g: f64| {
             if g < gcr {
                 let values = self.backbone.at(g / gcr);
@@ -160,36 +162,14 @@ impl Sprung {
         // d f / d ln gcr at fixed g is -slope g.
         let by_log_gcr = -force * slope * g / yielding;
         let by_compliance = -force * slope * force * f / yielding;
-        [force * f, by_force, by_log_gcr, by_compliance]
-    }
-}
-
-impl Problem for Sprung {
-    fn residual(&self, unknowns: &DVector<f64>, index: usize, gradient: &mut [f64]) -> f64 {
-        let p = &self.points[index];
-        let (force, gcr, compliance) = (unknowns[0], unknowns[1].exp(), unknowns[2]);
-        let here = self.first_loading(p.distance, force, gcr, compliance);
-        let end = self.first_loading(p.amplitude, force, gcr, compliance);
-        for k in 0..3 {
-            gradient[k] = p.sign * (2.0 * here[k + 1] - end[k + 1]);
-        }
-        gradient[3] = p.displacement;
-        gradient[4] = 1.0;
-        p.sign * (2.0 * here[0] - end[0]) + unknowns[3] * p.displacement + unknowns[4] - p.force
+        (force * f, [by_force, by_log_gcr, by_compliance])
     }
 
-    fn count(&self) -> usize {
-        self.points.len()
-    }
-
-    fn bounds(&self) -> Vec<[f64; 2]> {
-        let free = [f64::NEG_INFINITY, f64::INFINITY];
-        vec![
+    fn bounds(&self) -> [[f64; 2]; UNKNOWNS] {
+        [
             [1e-9, f64::INFINITY],
             [1e-6f64.ln(), 20f64.ln()],
             [0.0, f64::INFINITY],
-            free,
-            free,
         ]
     }
 }
@@ -200,28 +180,23 @@ mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_force() {
-        let sprung = Sprung {
+        let contact = Contact {
             backbone: PowerLaw::new(2.5),
-            chi: 2.5,
-            points: Vec::new(),
-            branches: Vec::new(),
-            length: 1.0,
-            force: 1.0,
         };
         let at = [0.9, 0.2f64.ln(), 0.15];
         for u in [0.05, 0.2, 0.33, 0.6] {
-            let value = |p: [f64; 3]| sprung.first_loading(u, p[0], p[1].exp(), p[2]);
+            let value = |p: [f64; 3]| contact.at(u, &p);
             let here = value(at);
             for k in 0..3 {
                 let h = 1e-6;
                 let (mut above, mut below) = (at, at);
                 above[k] += h;
                 below[k] -= h;
-                let rise = (value(above)[0] - value(below)[0]) / (2.0 * h);
+                let rise = (value(above).0 - value(below).0) / (2.0 * h);
                 assert!(
-                    (rise - here[k + 1]).abs() < 1e-7,
+                    (rise - here.1[k]).abs() < 1e-7,
                     "{u} {k}: {rise} {}",
-                    here[k + 1]
+                    here.1[k]
                 );
             }
         }

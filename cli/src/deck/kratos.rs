@@ -3,9 +3,9 @@
 use super::Deck;
 use serde_json::json;
 
-/// PROPS 13: six slots, normal third.
+/// PROPS 21: six slots, normal third.
 const LAYOUT: f64 = 1.0;
-/// PROPS 14: the law sees half of the jump, and its traction counts half.
+/// PROPS 22: the law sees half of the jump, and its traction counts half.
 const SCALE: f64 = 2.0;
 
 /// The materials file. The fluid's constants are required by the element and without effect where the water pressure is fixed.
@@ -16,7 +16,7 @@ pub fn material(deck: &Deck) -> String {
         "SmallStrainUMAT3DInterfaceLaw"
     };
     let mut props = deck.complete.clone();
-    props.extend([LAYOUT, SCALE, 0.0, 0.0]);
+    props.extend([LAYOUT, SCALE, 0.0, 0.0, 0.0]);
     let file = json!({
         "properties": [{
             "model_part_name": deck.name,

@@ -6,27 +6,50 @@ use anyhow::{Result, bail};
 use std::fmt::Write as _;
 
 /// Material properties by their names, which are contracts of the behaviours.
-fn properties(deck: &Deck) -> Result<Vec<(&'static str, f64)>> {
+fn properties(deck: &Deck) -> Vec<(&'static str, f64)> {
     let p = &deck.properties;
-    if p.segalman || p.base_knots != 16 {
-        bail!(
-            "--props: base_knots and backbone have no place among the material properties of this host, leave them out"
-        );
-    }
-    Ok(vec![
+    vec![
         ("FrictionCoefficient", p.mu),
         ("CriticalSlip", p.gcr),
-        ("Exponent", p.chi),
+        ("Exponent", p.exponent),
         ("NormalStiffness", p.kn),
         ("InitialGap", p.gap0),
-        ("Method", deck.complete[3]),
-        ("PressureRule", deck.complete[4]),
-    ])
+        ("ReferencePressure", p.reference_pressure),
+    ]
+}
+
+/// Parameters of the behaviours and the property (from 1) that each one is.
+const PARAMETERS: [(&str, usize); 9] = [
+    ("Method", 4),
+    ("NormalExponent", 9),
+    ("Backbone", 10),
+    ("Beta", 11),
+    ("Cohesion", 12),
+    ("MaximalTraction", 13),
+    ("LateFrictionCoefficient", 14),
+    ("LateSlipLength", 15),
+    ("Resolution", 16),
+];
+
+/// The parameters that are not at their default.
+fn parameters<'a>(deck: &'a Deck) -> impl Iterator<Item = (&'static str, usize, f64)> + 'a {
+    let all = PARAMETERS
+        .iter()
+        .map(|&(name, property)| (name, property, deck.complete[property - 1]));
+    all.filter(|(_, _, value)| *value != 0.0)
 }
 
 /// A project patch: applied by `ogs -p friction.xml project.prj`.
 pub fn opengeosys(deck: &Deck) -> Result<String> {
-    let mut values = properties(deck)?;
+    if let Some((name, property, value)) = parameters(deck).next() {
+        bail!(
+            "--props: PROPS({property}) {} = {}: is the parameter {name} of the behaviour, which a project of OpenGeoSys cannot set; \
+             it hands over mu, gcr, exponent, kn, gap0 and reference_pressure only",
+            mepc::NAMES[property - 1],
+            exact(value)
+        );
+    }
+    let mut values = properties(deck);
     values.push(("Thickness", deck.layer()?));
     let mut relation = String::new();
     let mut parameters = String::new();
@@ -47,6 +70,9 @@ pub fn opengeosys(deck: &Deck) -> Result<String> {
     Ok(format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <!-- Friction with memory as a thin layer of material {id}, normal along {normal}: ogs -p THIS.xml PROJECT.prj -->\n\
+         <!-- {rule} -->\n\
+         <!-- Output: <variables/> with nothing in it writes the state, too, at the integration points: {slots};\n\
+         \x20    each between material_state_variable_ and _ip -->\n\
          <OpenGeoSysProjectDiff>\n\
          \x20   <add sel=\"/*/processes/process[1]\">\n\
          \x20       <constitutive_relation id=\"{id}\">\n\
@@ -62,6 +88,8 @@ pub fn opengeosys(deck: &Deck) -> Result<String> {
          </OpenGeoSysProjectDiff>\n",
         id = deck.material,
         normal = if deck.directions == 1 { "y" } else { "z" },
+        rule = deck.rule(),
+        slots = deck.slots("")?.join(", "),
     ))
 }
 
@@ -78,17 +106,22 @@ pub fn mtest(deck: &Deck) -> Result<String> {
     };
     let mut text = format!(
         "// Friction with memory as a cohesive zone. {}.\n\
+         // {}.\n\
          @ModellingHypothesis '{hypothesis}';\n\
          @Behaviour<generic> '{}' 'MemoryPenaltyContact';\n",
         Host::Mtest.checked(),
+        deck.rule(),
         deck.library.replace('\'', "")
     );
-    for (name, value) in properties(deck)? {
+    for (name, value) in properties(deck) {
         let _ = writeln!(
             text,
             "@MaterialProperty<constant> '{name}' {};",
             exact(value)
         );
+    }
+    for (name, _, value) in parameters(deck) {
+        let _ = writeln!(text, "@Parameter '{name}' {};", exact(value));
     }
     let (gcr, gap) = (deck.properties.gcr, deck.properties.gap0);
     let closed = exact(-gap - 0.1 * gcr);
@@ -107,5 +140,10 @@ pub fn mtest(deck: &Deck) -> Result<String> {
         let _ = writeln!(text, "@ImposedOpeningDisplacement '{name}' {course};");
     }
     text += "@Times {0, 1 in 1, 4 in 120};\n";
+    let _ = writeln!(
+        text,
+        "// Output: after time, openings and tractions the state: {}",
+        deck.slots("")?.join(", ")
+    );
     Ok(text)
 }

@@ -4,8 +4,10 @@
 //! spring: Newton with the law's consistent tangent, halving the way where the residual does not fall, halving the step
 //! where that does not help. Every trial starts from the states of the last accepted step.
 
-use super::{Common, Springs};
-use crate::table::{Table, csv_line};
+use super::{Common, Replay, Springs, check_sign};
+use crate::loops::limit;
+use crate::pictures::Replayed;
+use crate::table::{Gaps, Rows, Table, check_time, csv_line};
 use anyhow::{Result, anyhow, bail};
 use mepc::state::Contact;
 use mepc::{Law, Matrix, Vector};
@@ -27,8 +29,8 @@ pub struct Points {
     pub area: Vec<f64>,
     /// Pressure at scale 1.
     pub pressure: Vec<f64>,
-    /// FILE:LINE of each point, for messages.
-    pub places: Vec<String>,
+    /// Where they were read, for messages.
+    pub places: Option<Rows>,
 }
 
 /// What is prescribed at the end of a step.
@@ -216,8 +218,11 @@ impl<'a, const N: usize> Patch<'a, N> {
             let pressure = target.pressure_scale * self.points.pressure[i];
             let response = self
                 .law
-                .friction(self.gcr, &increment, pressure, state0, state1)
-                .map_err(|error| anyhow!("point at {}: {error}", self.points.places[i]))?;
+                .friction(self.gcr, &increment, pressure, 1.0, state0, state1)
+                .map_err(|error| match &self.points.places {
+                    Some(rows) => anyhow!("point at {}: {error}", rows.place(i)),
+                    None => anyhow!("{error}"),
+                })?;
             trial.force += response.traction * area;
             trial.stiffness += response.dtraction_dslip * area;
             if N == 2 {
@@ -226,7 +231,7 @@ impl<'a, const N: usize> Patch<'a, N> {
             trial.stored += area * response.stored;
             trial.dissipated += area * response.dissipated;
             trial.forgotten += usize::from(response.memory_full);
-            trial.limit += self.law.properties().mu * area * pressure.max(0.0);
+            trial.limit += area * limit(self.law.properties(), pressure.max(0.0));
         }
         Ok(trial)
     }
@@ -302,63 +307,77 @@ impl<'a, const N: usize> Patch<'a, N> {
     }
 }
 
-/// The output table, and how many updates had to forget a reversal.
-pub fn run(
-    patch: &Path,
-    history: &Path,
-    common: &Common,
-    springs: Springs,
-) -> Result<(String, usize)> {
-    let history = Table::read(history)?;
-    if history.has("displacement_2") {
-        replay::<2>(patch, &history, common, springs)
+/// Replays the history.
+///
+/// # Errors
+/// Bad input, or no equilibrium.
+pub fn run(patch: &Path, history: &Path, common: &Common, springs: Springs) -> Result<Replay> {
+    let history = Table::open(history)?;
+    if history.has("displacement_2")? {
+        replay::<2>(patch, history, common, springs)
     } else {
-        if history.has("rotation") {
+        if history.has("rotation")? {
             bail!(
                 "{}: column displacement_2: missing in the header, rotation needs two directions",
                 history.header_place()
             );
         }
-        replay::<1>(patch, &history, common, springs)
+        replay::<1>(patch, history, common, springs)
     }
 }
 
 fn read_points(file: &Path) -> Result<Points> {
-    let table = Table::read(file)?;
-    let area = table.column("area")?;
+    let table = Table::open(file)?;
+    let columns = ["x", "y", "area", "pressure"].map(|name| table.find(name, ""));
+    let columns: Vec<usize> = columns.into_iter().collect::<Result<_>>()?;
+    table.note_unused(&columns);
+    let mut rows = table.read(&columns, Gaps::Refused, "")?;
+    let area = &rows.columns[2];
     if let Some(row) = area.iter().position(|area| *area < 0.0) {
         bail!(
             "{}: column area: {} is negative",
-            table.place(row),
+            rows.place(row),
             area[row]
         );
     }
-    let points = Points {
-        x: table.column("x")?,
-        y: table.column("y")?,
+    let [x, y, area, pressure] = [0, 1, 2, 3].map(|k| std::mem::take(&mut rows.columns[k]));
+    Ok(Points {
+        x,
+        y,
         area,
-        pressure: table.column("pressure")?,
-        places: (0..table.rows()).map(|row| table.place(row)).collect(),
-    };
-    table.note_unused();
-    Ok(points)
+        pressure,
+        places: Some(rows),
+    })
 }
 
 fn replay<const N: usize>(
     patch: &Path,
-    history: &Table,
+    history: Table,
     common: &Common,
     springs: Springs,
-) -> Result<(String, usize)> {
-    let time = history.time()?;
-    let displacements: Vec<Vec<f64>> = (1..=N)
-        .map(|direction| history.column(&format!("displacement_{direction}")))
-        .collect::<Result<_>>()?;
-    let rotation = history.optional("rotation")?;
-    let scale = history.optional("pressure_scale")?;
-    history.note_unused();
+) -> Result<Replay> {
+    let mut columns = vec![history.find("time", "")?];
+    for direction in 1..=N {
+        columns.push(history.find(&format!("displacement_{direction}"), "")?);
+    }
+    let mut optional = |name: &str| -> Result<Option<usize>> {
+        if !history.has(name)? {
+            return Ok(None);
+        }
+        columns.push(history.find(name, "")?);
+        Ok(Some(columns.len() - 1))
+    };
+    let (rotation, scale) = (optional("rotation")?, optional("pressure_scale")?);
+    history.note_unused(&columns);
+    let rows = history.read(&columns, Gaps::Refused, "")?;
+    let (time, displacements) = (&rows.columns[0], &rows.columns[1..=N]);
+    let [rotation, scale] = [rotation, scale].map(|k| k.map(|k| &rows.columns[k]));
+    check_time(time, &rows)?;
     let law = common.law::<N>()?;
     let points = read_points(patch)?;
+    let column = format!("{}: column pressure", patch.display());
+    check_sign(points.pressure.iter().copied(), &column)?;
+    let mut drawn = Replayed::new("displacement (mm)", "force (N)", "energy (N.mm)", N);
     let mut patch = Patch::new(&law, &points, springs)?;
 
     let numbered = |name: &str| -> String { (1..=N).map(|k| format!(",{name}_{k}")).collect() };
@@ -371,7 +390,7 @@ fn replay<const N: usize>(
         numbered("force"),
         if_turning(",moment"),
     );
-    for row in 0..history.rows() {
+    for row in 0..rows.len() {
         let target = Motion {
             displacement: Vector::<N>::from_fn(|direction, _| displacements[direction][row]),
             rotation: rotation.as_ref().map_or(0.0, |r| r[row]),
@@ -379,7 +398,7 @@ fn replay<const N: usize>(
         };
         let iterations = patch
             .advance(&target)
-            .map_err(|error| anyhow!("{}: step {}: {error}", history.place(row), row + 1))?;
+            .map_err(|error| anyhow!("{}: step {}: {error}", rows.place(row), row + 1))?;
         let mut values = vec![time[row]];
         values.extend(target.displacement.iter());
         values.extend(rotation.as_ref().map(|r| r[row]));
@@ -392,11 +411,18 @@ fn replay<const N: usize>(
         if !values.iter().all(|value| value.is_finite()) {
             bail!(
                 "{}: step {}: the result is not a finite number",
-                history.place(row),
+                rows.place(row),
                 row + 1
             );
         }
         text += &csv_line(&values);
+        let force = patch.total_force();
+        let places = (0..N).map(|k| [target.displacement[k], force[k]]);
+        drawn.push(time[row], places, [patch.stored, patch.dissipated]);
     }
-    Ok((text, patch.forgotten))
+    Ok(Replay {
+        text,
+        forgotten: patch.forgotten,
+        drawn,
+    })
 }

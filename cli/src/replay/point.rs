@@ -1,28 +1,37 @@
 //! One point under prescribed slip and pressure: the shortest complete use of the friction form.
 
-use super::Common;
-use crate::table::{Table, csv_line};
+use super::{Common, Replay, check_sign};
+use crate::pictures::Replayed;
+use crate::table::{Gaps, Table, check_time, csv_line};
 use anyhow::{Result, anyhow};
 use mepc::Vector;
 use std::path::Path;
 
-/// The output table, and how many updates had to forget a reversal.
-pub fn run(history: &Path, common: &Common) -> Result<(String, usize)> {
-    let table = Table::read(history)?;
-    if table.has("slip_2") {
-        replay::<2>(&table, common)
+/// Replays the history.
+///
+/// # Errors
+/// Bad input.
+pub fn run(history: &Path, common: &Common) -> Result<Replay> {
+    let table = Table::open(history)?;
+    if table.has("slip_2")? {
+        replay::<2>(history, table, common)
     } else {
-        replay::<1>(&table, common)
+        replay::<1>(history, table, common)
     }
 }
 
-fn replay<const N: usize>(table: &Table, common: &Common) -> Result<(String, usize)> {
-    let time = table.time()?;
-    let slips: Vec<Vec<f64>> = (1..=N)
-        .map(|direction| table.column(&format!("slip_{direction}")))
-        .collect::<Result<_>>()?;
-    let pressure = table.column("pressure")?;
-    table.note_unused();
+fn replay<const N: usize>(history: &Path, table: Table, common: &Common) -> Result<Replay> {
+    let mut columns = vec![table.find("time", "")?];
+    for direction in 1..=N {
+        columns.push(table.find(&format!("slip_{direction}"), "")?);
+    }
+    columns.push(table.find("pressure", "")?);
+    table.note_unused(&columns);
+    let rows = table.read(&columns, Gaps::Refused, "")?;
+    let (time, slips, pressure) = (&rows.columns[0], &rows.columns[1..=N], &rows.columns[N + 1]);
+    check_time(time, &rows)?;
+    let column = format!("{}: column pressure", history.display());
+    check_sign(pressure.iter().copied(), &column)?;
     let law = common.law::<N>()?;
     let gcr = law
         .critical_slip(0.0)
@@ -35,13 +44,14 @@ fn replay<const N: usize>(table: &Table, common: &Common) -> Result<(String, usi
         numbered("slip"),
         numbered("traction")
     );
+    let mut drawn = Replayed::new("slip (mm)", "traction (MPa)", "energy (N/mm)", N);
     let mut before = Vector::<N>::zeros();
     let (mut dissipated, mut forgotten) = (0.0, 0);
-    for row in 0..table.rows() {
+    for row in 0..rows.len() {
         let slip = Vector::<N>::from_fn(|direction, _| slips[direction][row]);
         let response = law
-            .friction(gcr, &(slip - before), pressure[row], &state, &mut next)
-            .map_err(|error| anyhow!("{}: step {}: {error}", table.place(row), row + 1))?;
+            .friction(gcr, &(slip - before), pressure[row], 1.0, &state, &mut next)
+            .map_err(|error| anyhow!("{}: step {}: {error}", rows.place(row), row + 1))?;
         std::mem::swap(&mut state, &mut next);
         before = slip;
         dissipated += response.dissipated;
@@ -56,6 +66,12 @@ fn replay<const N: usize>(table: &Table, common: &Common) -> Result<(String, usi
             f64::from(response.contact as u8),
         ]);
         text += &csv_line(&values);
+        let places = (0..N).map(|k| [slip[k], response.traction[k]]);
+        drawn.push(time[row], places, [response.stored, dissipated]);
     }
-    Ok((text, forgotten))
+    Ok(Replay {
+        text,
+        forgotten,
+        drawn,
+    })
 }
