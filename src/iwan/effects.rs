@@ -19,8 +19,10 @@ const PROMISING: f64 = 8.0;
 const MOST_LEFT: f64 = 0.01;
 /// At most so many effects together.
 const MOST: usize = 2;
-/// The sum of squares falls by so many variances: chance does it once in 10^5 times.
+/// The sum of squares falls by so many variances: chance does it once in 10^5 times. For a lag, which is taken out, more: a loop that
+/// is not quite of the model has a part of one by chance.
 const SIGNIFICANT: f64 = 20.0;
+const LAG_SIGNIFICANT: f64 = 30.0;
 /// What an effect takes from the residuals, root mean square over T: less is of no matter. A lag of this size moves kappa by less
 /// than .01.
 const MATTERS: f64 = 1e-3;
@@ -393,12 +395,12 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
             .filter_map(|effect| search.with(&best, effect))
             .min_by(|a, b| a.square.total_cmp(&b.square));
         let Some(next) = next else { break };
-        let matters = match next.model.has.last() {
-            Some(Effect::Lag) => LAG_MATTERS,
-            _ => MATTERS,
+        let (matters, significant) = match next.model.has.last() {
+            Some(Effect::Lag) => (LAG_MATTERS, LAG_SIGNIFICANT),
+            _ => (MATTERS, SIGNIFICANT),
         };
         let fell = (best.square - next.square).max(0.0).sqrt();
-        if search.gain(best.square, &next) < SIGNIFICANT || fell < matters * unit {
+        if search.gain(best.square, &next) < significant || fell < matters * unit {
             break;
         }
         best = next;
