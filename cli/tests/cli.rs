@@ -557,14 +557,14 @@ fn replay_says_what_is_wrong() {
             &[],
             1,
             "--props: bad property: PROPS(2) gcr = 0.0 with a characteristic length of 0.0: a host without a \
-             characteristic length needs gcr > 0\n"
+             characteristic length needs gcr > 0 (otherwise gcr is fraction x characteristic length)\n"
                 .to_string(),
         ),
         (
             &["point", "good.csv", "--props", "-1,1"],
             &[],
             1,
-            "--props: bad property: PROPS(1) mu = -1.0: must be finite and >= 0\n".to_string(),
+            "--props: bad property: PROPS(1) mu = -1.0: must be from 0 to 1e100\n".to_string(),
         ),
     ];
     for (arguments, more, code, words) in cases {
