@@ -113,7 +113,10 @@ pub struct End<const N: usize> {
 
 impl<const N: usize> End<N> {
     /// A place for the end of an increment.
-    #[expect(clippy::new_without_default, reason = "a place to write to is no value")]
+    #[expect(
+        clippy::new_without_default,
+        reason = "a place to write to is no value"
+    )]
     #[inline(always)]
     pub fn new() -> Self {
         End {

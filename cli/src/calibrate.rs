@@ -186,8 +186,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .map(|file| {
             let name = file.display().to_string();
             let record = arguments.columns.read(file)?.record()?;
-            let (record, fit) = judged(record)
-                .map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
+            let (record, fit) =
+                judged(record).map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
             Ok((name, record, fit))
         })
         .collect::<Result<_>>()?;
@@ -258,7 +258,13 @@ fn judged(record: Record) -> Result<(Record, Fit), mepc::Error> {
         return Ok((found.record, found.fit));
     }
     with_lag.fit.warnings.retain(|warning| {
-        !matches!(warning, Warning::LeftOut { effect: Effect::Lag, .. })
+        !matches!(
+            warning,
+            Warning::LeftOut {
+                effect: Effect::Lag,
+                ..
+            }
+        )
     });
     Ok((with_lag.record, with_lag.fit))
 }
