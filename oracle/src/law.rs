@@ -12,7 +12,6 @@
 //! G   = G_old (T / T_old)^(1/chi)  consistent rule; gcr proportional     (3) critical slip
 //! ```
 
-
 use crate::limit::Limit;
 use crate::{Backbone, Status, quadrature::integrate};
 
