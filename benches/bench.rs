@@ -2,7 +2,7 @@
 //!
 //! Every contender is called through a function pointer and keeps its states, as an FE code does. In each round every
 //! contender runs the same batch of updates, the order rotates from round to round, and medians over the rounds are printed:
-//! what disturbs the machine disturbs all alike, so trust the ratios more than the times.
+//! what disturbs the machine disturbs all alike, so trust the ratios more than the times. Time is the thread's processor time.
 //!
 //! Rivals: the library before its kernel was written anew (build/old, `make bench` builds it from the repository's history),
 //! and in rivals.f90 the paper's Eq. (13), plain Coulomb and parallel slip elements.
@@ -15,16 +15,15 @@ use std::f64::consts::TAU;
 use std::ffi::{c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::null;
-use std::time::Instant;
 
 const ROUNDS: usize = 15;
 /// Updates of one contender in one round, about.
 const BATCH: usize = 4_000;
 /// Steps of a cycle.
 const STEPS: usize = 100;
-/// Elements of the reference, and sub-steps of it in a step.
+/// Elements of the reference, and sub-steps of it in a step: one radial return a step is exact on lines only.
 const ELEMENTS: u32 = 4000;
-const PARTS: u32 = 10;
+const PARTS: u32 = 200;
 
 const MU: f64 = 0.3;
 const GCR: f64 = 0.002;
@@ -77,11 +76,23 @@ impl History {
         let cycle = (1..=STEPS)
             .map(|k| {
                 let (a, b) = (position(k - 1), position(k));
-                let swing = if varies { 0.3 * (TAU * (k as f64 / STEPS as f64 + 0.1)).sin() } else { 0.0 };
-                Step { slip: [b[0] - a[0], b[1] - a[1]], pressure: PRESSURE * (1.0 + swing) }
+                let swing = if varies {
+                    0.3 * (TAU * (k as f64 / STEPS as f64 + 0.1)).sin()
+                } else {
+                    0.0
+                };
+                Step {
+                    slip: [b[0] - a[0], b[1] - a[1]],
+                    pressure: PRESSURE * (1.0 + swing),
+                }
             })
             .collect();
-        History { shape, amplitude, varies, cycle }
+        History {
+            shape,
+            amplitude,
+            varies,
+            cycle,
+        }
     }
 
     fn directions(&self) -> usize {
@@ -94,7 +105,11 @@ impl History {
             Shape::Oblique => "2-D line",
             Shape::Circle => "2-D circle",
         };
-        format!("{shape} {}{}", self.amplitude, if self.varies { ", T varies" } else { "" })
+        format!(
+            "{shape} {}{}",
+            self.amplitude,
+            if self.varies { ", T varies" } else { "" }
+        )
     }
 
     /// What the second cycle gives, by thousands of slip elements in sub-steps; consistent rule or proportional rule.
@@ -104,11 +119,19 @@ impl History {
         } else {
             Twin::fixed_limits(Backbone::Power { chi: CHI }, GCR, ELEMENTS)
         };
+        let parts = if self.shape == Shape::Circle {
+            PARTS
+        } else {
+            10
+        };
         let mut all = Vec::new();
         for step in self.cycle.iter().chain(&self.cycle) {
             let before = twin.dissipated();
-            twin.step(step.slip, MU * step.pressure, PARTS);
-            all.push(Given { traction: twin.traction(), dissipated: twin.dissipated() - before });
+            twin.step(step.slip, MU * step.pressure, parts);
+            all.push(Given {
+                traction: twin.traction(),
+                dissipated: twin.dissipated() - before,
+            });
         }
         all.split_off(STEPS)
     }
@@ -167,19 +190,34 @@ struct Native {
 
 impl Native {
     /// # Safety
-    /// `library` is the library that `call` is of.
-    unsafe fn new(library: &Library, call: Call, props: &[f64], ndir: usize) -> Self {
+    /// `library` is the library that `call` is of. `nstate`: not the default.
+    unsafe fn new(
+        library: &Library,
+        call: Call,
+        props: &[f64],
+        ndir: usize,
+        nstate: Option<i32>,
+    ) -> Self {
         // SAFETY: the types are those of include/mepc.h, arrays have the documented sizes.
         unsafe {
-            let state_size: unsafe extern "C" fn(*const f64, i32, i32) -> i32 = symbol(library, "mepc_state_size");
+            let state_size: unsafe extern "C" fn(*const f64, i32, i32) -> i32 =
+                symbol(library, "mepc_state_size");
             let new: unsafe extern "C" fn(*const f64, i32, i32, i32, *mut *const c_void) -> i32 =
                 symbol(library, "mepc_law_new");
             let (nprops, ndir) = (props.len() as i32, ndir as i32);
-            let nstate = state_size(props.as_ptr(), nprops, ndir);
+            let nstate = nstate.unwrap_or_else(|| state_size(props.as_ptr(), nprops, ndir));
             let mut law = null();
-            assert_eq!(new(props.as_ptr(), nprops, ndir, nstate, &mut law), 0, "mepc_law_new");
+            assert_eq!(
+                new(props.as_ptr(), nprops, ndir, nstate, &mut law),
+                0,
+                "mepc_law_new"
+            );
             let state = vec![0.0; nstate as usize];
-            Native { call, law, states: [state.clone(), state] }
+            Native {
+                call,
+                law,
+                states: [state.clone(), state],
+            }
         }
     }
 }
@@ -188,20 +226,39 @@ impl Contender for Native {
     #[inline]
     fn update(&mut self, step: &Step) -> Given {
         let [start, end] = &mut self.states;
-        let (mut traction, mut tangent, mut by_pressure, mut energy) = ([0.0; 2], [0.0; 4], [0.0; 2], [0.0; 2]);
+        let (mut traction, mut tangent, mut by_pressure, mut energy) =
+            ([0.0; 2], [0.0; 4], [0.0; 2], [0.0; 2]);
         let (slip, state0, state1) = (step.slip.as_ptr(), start.as_ptr(), end.as_mut_ptr());
-        let (t, k, kp, e) =
-            (traction.as_mut_ptr(), tangent.as_mut_ptr(), by_pressure.as_mut_ptr(), energy.as_mut_ptr());
+        let (t, k, kp, e) = (
+            traction.as_mut_ptr(),
+            tangent.as_mut_ptr(),
+            by_pressure.as_mut_ptr(),
+            energy.as_mut_ptr(),
+        );
         // SAFETY: arrays of the documented sizes.
         let status = unsafe {
             match self.call {
-                Call::Now(call) => call(self.law, slip, step.pressure, null(), state0, state1, t, k, kp, e),
+                Call::Now(call) => call(
+                    self.law,
+                    slip,
+                    step.pressure,
+                    null(),
+                    state0,
+                    state1,
+                    t,
+                    k,
+                    kp,
+                    e,
+                ),
                 Call::Old(call) => call(self.law, slip, step.pressure, state0, state1, t, k, kp, e),
             }
         };
         assert!(status >= 0, "mepc_friction: {status}");
         self.states.swap(0, 1);
-        Given { traction, dissipated: energy[1] }
+        Given {
+            traction,
+            dissipated: energy[1],
+        }
     }
 }
 
@@ -322,11 +379,15 @@ impl Contender for Fric {
         assert!(pnewdt == 1.0 && lm == 0, "fric: PNEWDT {pnewdt}, LM {lm}");
         self.slip = [0, 1].map(|i| self.slip[i] + dslip[i]);
         self.time = self.time.map(|time| time + DTIME);
-        Given { traction: self.tau, dissipated: sfd }
+        Given {
+            traction: self.tau,
+            dissipated: sfd,
+        }
     }
 }
 
-type PaperRoutine = unsafe extern "C" fn(*const f64, f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64);
+type PaperRoutine =
+    unsafe extern "C" fn(*const f64, f64, *const f64, *const f64, *mut f64, *mut f64, *mut f64);
 
 /// The paper's Eq. (13); it has no energies.
 struct Paper {
@@ -353,7 +414,10 @@ impl Contender for Paper {
             );
         }
         self.states.swap(0, 1);
-        Given { traction: [traction, 0.0], dissipated: f64::NAN }
+        Given {
+            traction: [traction, 0.0],
+            dissipated: f64::NAN,
+        }
     }
 }
 
@@ -385,7 +449,8 @@ struct Elements {
 impl Contender for Elements {
     #[inline]
     fn update(&mut self, step: &Step) -> Given {
-        let (mut traction, mut tangent, mut by_pressure, mut energy) = ([0.0; 2], [0.0; 4], [0.0; 2], [0.0; 2]);
+        let (mut traction, mut tangent, mut by_pressure, mut energy) =
+            ([0.0; 2], [0.0; 4], [0.0; 2], [0.0; 2]);
         let [start, end] = &mut self.states;
         // SAFETY: arrays of the sizes that the routine declares.
         unsafe {
@@ -406,14 +471,17 @@ impl Contender for Elements {
             );
         }
         self.states.swap(0, 1);
-        Given { traction, dissipated: energy[1] }
+        Given {
+            traction,
+            dissipated: energy[1],
+        }
     }
 }
 
 const NATIVE: &str = "mepc_friction";
 const CONSISTENT: &str = "mepc_friction, consistent rule";
 const COARSE: &str = "mepc_friction, resolution 1e-2";
-const FINE: &str = "mepc_friction, resolution 1e-4";
+const FINE: &str = "mepc_friction, 64 knots, 1e-4";
 const FRIC: &str = "fric_";
 const OLD: &str = "kernel before";
 const PAPER: &str = "Eq. (13)";
@@ -446,7 +514,8 @@ impl Libraries {
     fn contenders(&self, history: &History) -> Vec<(String, Box<dyn Contender>)> {
         let ndir = history.directions();
         let mut all: Vec<(String, Box<dyn Contender>)> = Vec::new();
-        let mut add = |name: &str, contender: Box<dyn Contender>| all.push((name.into(), contender));
+        let mut add =
+            |name: &str, contender: Box<dyn Contender>| all.push((name.into(), contender));
         let fric = |call, nstatv| Fric {
             call,
             ndir: ndir as i32,
@@ -459,7 +528,7 @@ impl Libraries {
         // SAFETY: the types are those of include/mepc.h, of the host's page and of rivals.f90.
         unsafe {
             let call = Call::Now(symbol(&self.mepc, "mepc_friction"));
-            let native = |props: &[f64]| Native::new(&self.mepc, call, props, ndir);
+            let native = |props: &[f64]| Native::new(&self.mepc, call, props, ndir, None);
             let plain = native(&[MU, GCR, CHI]);
             let nstate = plain.states[0].len();
             add(NATIVE, Box::new(plain));
@@ -467,22 +536,36 @@ impl Libraries {
                 add(CONSISTENT, Box::new(native(&[MU, GCR, CHI, 0.0, PRESSURE])));
             }
             if history.shape == Shape::Circle {
-                for (name, resolution) in [(COARSE, 1e-2), (FINE, 1e-4)] {
+                for (name, resolution, nstate) in
+                    [(COARSE, 1e-2, None), (FINE, 1e-4, Some(12 + 3 * 64))]
+                {
                     let mut props = [0.0; 16];
                     props[..3].copy_from_slice(&[MU, GCR, CHI]);
                     props[15] = resolution;
-                    add(name, Box::new(native(&props)));
+                    add(
+                        name,
+                        Box::new(Native::new(&self.mepc, call, &props, ndir, nstate)),
+                    );
                 }
             }
             add(FRIC, Box::new(fric(symbol(&self.mepc, "fric_"), nstate)));
             if let Some(old) = &self.old {
                 let call = Call::Old(symbol(old, "mepc_friction"));
-                add(OLD, Box::new(Native::new(old, call, &[MU, GCR, CHI], ndir)));
+                add(
+                    OLD,
+                    Box::new(Native::new(old, call, &[MU, GCR, CHI], ndir, None)),
+                );
             }
             if let Some(rivals) = &self.rivals {
                 if ndir == 1 {
                     let call = symbol(rivals, "paper_eq13");
-                    add(PAPER, Box::new(Paper { call, states: [[0.0; 3]; 2] }));
+                    add(
+                        PAPER,
+                        Box::new(Paper {
+                            call,
+                            states: [[0.0; 3]; 2],
+                        }),
+                    );
                 }
                 add(COULOMB, Box::new(fric(symbol(rivals, "coulomb_fric_"), 2)));
                 let setup: ElementsSetup = symbol(rivals, "elements_setup");
@@ -490,9 +573,23 @@ impl Libraries {
                 for grid in 0..GRIDS.len() {
                     for n in SIZES {
                         let (mut limit, mut stiffness) = (vec![0.0; n], vec![0.0; n]);
-                        setup(n as i32, grid as i32, CHI, limit.as_mut_ptr(), stiffness.as_mut_ptr());
+                        setup(
+                            n as i32,
+                            grid as i32,
+                            CHI,
+                            limit.as_mut_ptr(),
+                            stiffness.as_mut_ptr(),
+                        );
                         let states = [vec![0.0; 3 + ndir * n], vec![0.0; 3 + ndir * n]];
-                        add(&elements_name(n, grid), Box::new(Elements { call, limit, stiffness, states }));
+                        add(
+                            &elements_name(n, grid),
+                            Box::new(Elements {
+                                call,
+                                limit,
+                                stiffness,
+                                states,
+                            }),
+                        );
                     }
                 }
             }
@@ -522,21 +619,29 @@ impl Libraries {
         unsafe {
             let single: Friction = symbol(&self.mepc, "mepc_friction");
             let batch: Batch = symbol(&self.mepc, "mepc_friction_batch");
-            let Native { law, states: [state, _], .. } =
-                Native::new(&self.mepc, Call::Now(single), &[MU, GCR, CHI], 1);
+            let Native {
+                law,
+                states: [state, _],
+                ..
+            } = Native::new(&self.mepc, Call::Now(single), &[MU, GCR, CHI], 1, None);
             let nstate = state.len();
             let (mut state0, mut state1) = (vec![0.0; POINTS * nstate], vec![0.0; POINTS * nstate]);
             let pressure = vec![PRESSURE; POINTS];
-            let (mut t, mut k, mut kp, mut e) =
-                (vec![0.0; POINTS], vec![0.0; POINTS], vec![0.0; POINTS], vec![0.0; 2 * POINTS]);
+            let (mut t, mut k, mut kp, mut e) = (
+                vec![0.0; POINTS],
+                vec![0.0; POINTS],
+                vec![0.0; POINTS],
+                vec![0.0; 2 * POINTS],
+            );
             let mut statuses = vec![0; POINTS];
             let mut ratios = Vec::new();
             for round in 0..ROUNDS {
-                let slip: Vec<f64> =
-                    (0..POINTS).map(|p| GCR * ((p % 97) as f64 / 97.0 - 0.3 * (round % 4) as f64)).collect();
+                let slip: Vec<f64> = (0..POINTS)
+                    .map(|p| GCR * ((p % 97) as f64 / 97.0 - 0.3 * (round % 4) as f64))
+                    .collect();
                 let mut times = [0.0; 2];
                 for way in 0..2 {
-                    let start = Instant::now();
+                    let start = now();
                     if (way + round) % 2 == 0 {
                         let status = batch(
                             law,
@@ -571,7 +676,7 @@ impl Libraries {
                             assert!(status >= 0, "mepc_friction: {status}");
                         }
                     }
-                    times[(way + round) % 2] = start.elapsed().as_secs_f64();
+                    times[(way + round) % 2] = (now() - start);
                 }
                 ratios.push(times[0] / times[1]);
                 std::mem::swap(&mut state0, &mut state1);
@@ -579,6 +684,21 @@ impl Libraries {
             median(ratios)
         }
     }
+}
+
+/// Processor time of this thread, s: on a machine with other work, wall time would count against the slow, which are
+/// interrupted more often.
+fn now() -> f64 {
+    let mut time = libc::timespec {
+        tv_sec: 0,
+        tv_nsec: 0,
+    };
+    // SAFETY: the pointer is to a timespec.
+    assert_eq!(
+        unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) },
+        0
+    );
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -613,7 +733,13 @@ fn measure(libraries: &Libraries, history: &History) -> Vec<Measured> {
         let (mut traction, mut dissipated, mut expected): (f64, _, _) = (0.0, 0.0, 0.0);
         for (step, reference) in history.cycle.iter().zip(reference) {
             let given = contender.update(step);
-            let off = |i: usize| if i < ndir { given.traction[i] - reference.traction[i] } else { 0.0 };
+            let off = |i: usize| {
+                if i < ndir {
+                    given.traction[i] - reference.traction[i]
+                } else {
+                    0.0
+                }
+            };
             traction = traction.max(off(0).hypot(off(1)) / (MU * PRESSURE));
             dissipated += given.dissipated;
             expected += reference.dissipated;
@@ -623,15 +749,20 @@ fn measure(libraries: &Libraries, history: &History) -> Vec<Measured> {
             (traction, dissipated) = (f64::NAN, f64::NAN);
         }
         let dissipated = (dissipated / expected - 1.0).abs();
-        measured.push(Measured { name: name.clone(), rounds: Vec::new(), traction, dissipated });
+        measured.push(Measured {
+            name: name.clone(),
+            rounds: Vec::new(),
+            traction,
+            dissipated,
+        });
     }
     let cycles = BATCH / STEPS;
     for round in 0..ROUNDS {
         for turn in 0..contenders.len() {
             let index = (round + turn) % contenders.len();
-            let start = Instant::now();
+            let start = now();
             contenders[index].1.run(&history.cycle, cycles);
-            let time = start.elapsed().as_secs_f64() * 1e9 / (cycles * STEPS) as f64;
+            let time = (now() - start) * 1e9 / (cycles * STEPS) as f64;
             measured[index].rounds.push(time);
         }
     }
@@ -640,9 +771,19 @@ fn measure(libraries: &Libraries, history: &History) -> Vec<Measured> {
 
 /// Median over the rounds of the ratio of two contenders; `difference`: of their difference, ns.
 fn compare(measured: &[Measured], of: &str, to: &str, difference: bool) -> Option<f64> {
-    let rounds = |name: &str| measured.iter().find(|one| one.name == name).map(|one| &one.rounds);
+    let rounds = |name: &str| {
+        measured
+            .iter()
+            .find(|one| one.name == name)
+            .map(|one| &one.rounds)
+    };
     let (a, b) = (rounds(of)?, rounds(to)?);
-    Some(median(a.iter().zip(b).map(|(a, b)| if difference { a - b } else { a / b }).collect()))
+    Some(median(
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| if difference { a - b } else { a / b })
+            .collect(),
+    ))
 }
 
 /// A library, or an explanation how to get it.
@@ -655,7 +796,10 @@ fn load(path: &Path, make: &str) -> Result<Library, String> {
 fn library_path() -> PathBuf {
     let built = || {
         let program = std::env::current_exe().expect("this program has a path");
-        let release = program.ancestors().nth(2).expect("target/release/deps/bench");
+        let release = program
+            .ancestors()
+            .nth(2)
+            .expect("target/release/deps/bench");
         release.join("libmepc.so")
     };
     std::env::var_os("MEPC_LIBRARY").map_or_else(built, PathBuf::from)
@@ -664,9 +808,21 @@ fn library_path() -> PathBuf {
 /// Error against time of the circles under constant limit: elements by their number, ours by its resolution.
 fn picture(circles: &[(f64, Vec<Measured>)]) -> String {
     let families: [(&str, Vec<String>, _); 3] = [
-        ("elements, equal", SIZES.map(|n| elements_name(n, 0)).into(), GREY),
-        ("elements, geometric", SIZES.map(|n| elements_name(n, 1)).into(), ORANGE),
-        ("mepc", [COARSE, NATIVE, FINE].map(String::from).into(), BLUE),
+        (
+            "elements, equal",
+            SIZES.map(|n| elements_name(n, 0)).into(),
+            GREY,
+        ),
+        (
+            "elements, geometric",
+            SIZES.map(|n| elements_name(n, 1)).into(),
+            ORANGE,
+        ),
+        (
+            "mepc",
+            [COARSE, NATIVE, FINE].map(String::from).into(),
+            BLUE,
+        ),
     ];
     let figure = |title: &str, error: fn(&Measured) -> f64| {
         let mut curves = Vec::new();
@@ -677,9 +833,18 @@ fn picture(circles: &[(f64, Vec<Measured>)]) -> String {
                 _ => Stroke::Marks,
             };
             for (label, names, colour) in &families {
-                let found = names.iter().filter_map(|name| measured.iter().find(|one| one.name == *name));
-                let points = found.map(|one| [one.time().log10(), error(one).log10()]).collect();
-                curves.push(Curve { label: format!("{label}, {amplitude} gcr"), points, stroke, colour: *colour });
+                let found = names
+                    .iter()
+                    .filter_map(|name| measured.iter().find(|one| one.name == *name));
+                let points = found
+                    .map(|one| [one.time().log10(), error(one).log10()])
+                    .collect();
+                curves.push(Curve {
+                    label: format!("{label}, {amplitude} gcr"),
+                    points,
+                    stroke,
+                    colour: *colour,
+                });
             }
         }
         Figure {
@@ -691,8 +856,12 @@ fn picture(circles: &[(f64, Vec<Measured>)]) -> String {
         }
     };
     mepc_plot::stacked(&[
-        figure("Circles: largest error of the traction, over T", |one| one.traction),
-        figure("Circles: error of the dissipation of a cycle", |one| one.dissipated),
+        figure("Circles: largest error of the traction, over T", |one| {
+            one.traction
+        }),
+        figure("Circles: error of the dissipation of a cycle", |one| {
+            one.dissipated
+        }),
     ])
     .expect("a picture")
 }
@@ -704,17 +873,31 @@ fn main() {
         std::process::exit(1)
     });
     let rival = |path: &str, make: &str| {
-        load(&root.join(path), make).inspect_err(|message| println!("without: {message}")).ok()
+        load(&root.join(path), make)
+            .inspect_err(|message| println!("without: {message}"))
+            .ok()
     };
     let libraries = Libraries {
         mepc,
-        old: rival("build/old/libmepc.so", "make bench builds it from the repository's history, where that is there"),
+        old: rival(
+            "build/old/libmepc.so",
+            "make bench builds it from the repository's history, where that is there",
+        ),
         rivals: rival("build/librivals.so", "make bench makes it, with gfortran"),
     };
-    println!("chi = {CHI}, default state sizes, {STEPS} steps a cycle, T constant or varying by 30 % (proportional rule unless it is");
-    println!("said); medians of {ROUNDS} interleaved rounds of {BATCH} updates. Errors of a cycle against {ELEMENTS} slip elements");
-    println!("in {PARTS} sub-steps a step: largest of the traction over T, and of the dissipation.\n");
-    println!("{:<24}{:<32}{:>10}{:>12}{:>12}", "history", "", "ns/update", "traction", "dissipation");
+    println!(
+        "chi = {CHI}, default state sizes, {STEPS} steps a cycle, T constant or varying by 30 % (proportional rule unless it is"
+    );
+    println!(
+        "said); medians of {ROUNDS} interleaved rounds of {BATCH} updates. Errors of a cycle against {ELEMENTS} slip elements"
+    );
+    println!(
+        "in {PARTS} sub-steps a step: largest of the traction over T, and of the dissipation.\n"
+    );
+    println!(
+        "{:<26}{:<32}{:>10}{:>12}{:>12}",
+        "history", "", "ns/update", "traction", "dissipation"
+    );
     // The first one to run finds the processor at rest.
     measure(&libraries, &History::new(Shape::Line, 1.5, false));
     let (mut ratios, mut circles) = (String::new(), Vec::new());
@@ -726,7 +909,7 @@ fn main() {
                 let name = history.name();
                 for one in &measured {
                     println!(
-                        "{name:<24}{:<32}{:>10.1}{:>12.1e}{:>12.1e}",
+                        "{name:<26}{:<32}{:>10.1}{:>12.1e}{:>12.1e}",
                         one.name,
                         one.time(),
                         one.traction,
@@ -737,11 +920,12 @@ fn main() {
                 let elements = elements_name(32, 1);
                 for to in [OLD, PAPER, elements.as_str()] {
                     if let Some(ratio) = compare(&measured, NATIVE, to, false) {
-                        ratios += &format!("{name:<24}{:<50}{ratio:>8.2}\n", format!("{NATIVE} / {to}"));
+                        ratios +=
+                            &format!("{name:<26}{:<50}{ratio:>8.2}\n", format!("{NATIVE} / {to}"));
                     }
                 }
                 if let Some(ns) = compare(&measured, FRIC, NATIVE, true) {
-                    ratios += &format!("{name:<24}{:<50}{ns:>8.1}\n", "fric_ - mepc_friction, ns");
+                    ratios += &format!("{name:<26}{:<50}{ns:>8.1}\n", "fric_ - mepc_friction, ns");
                 }
                 if shape == Shape::Circle && !varies {
                     circles.push((amplitude, measured));
@@ -750,7 +934,10 @@ fn main() {
         }
     }
     println!("Ratios (median over the rounds):\n{ratios}");
-    println!("batch of 10^5 points / single calls: {:.2}", libraries.batch_ratio());
+    println!(
+        "batch of 10^5 points / single calls: {:.2}",
+        libraries.batch_ratio()
+    );
     let path = root.join("build/speed.svg");
     std::fs::write(&path, picture(&circles)).expect("build/ is there");
     println!("picture: {}", path.display());

@@ -113,7 +113,10 @@ pub struct End<const N: usize> {
 
 impl<const N: usize> End<N> {
     /// A place for the end of an increment.
-    #[expect(clippy::new_without_default, reason = "a place to write to is no value")]
+    #[expect(
+        clippy::new_without_default,
+        reason = "a place to write to is no value"
+    )]
     #[inline(always)]
     pub fn new() -> Self {
         End {
@@ -149,7 +152,11 @@ impl Layout {
             return Err(Error::about(Kind::BadState, "nstate", expected).count(nstate));
         }
         let knots = ((nstate - HEADER) / (1 + ndir)).min(MAX_KNOTS);
-        Ok(Layout { nstate, ndir, knots })
+        Ok(Layout {
+            nstate,
+            ndir,
+            knots,
+        })
     }
 
     /// The default length of the array: 16 knots for one direction, 24 for two.
@@ -207,11 +214,29 @@ impl Layout {
         if !all_below(first, 1024) || first[11] != LAYOUT {
             return self.read_carefully(state, knots);
         }
-        let [status, pressure, limit, stored, dissipated, slip_length, opening, jump1, jump2, forgotten, count, _] =
-            *first;
-        let (number, contact) = (usize::from(count as u8), Contact::ALL[usize::from(status as u8 & 3)]);
-        let counts = number as f64 == count && number <= self.knots && (pressure != 0.0 || number == 0);
-        let signs = [pressure, limit, stored, slip_length, forgotten].iter().fold(0, |bits, value| bits | value.to_bits());
+        let [
+            status,
+            pressure,
+            limit,
+            stored,
+            dissipated,
+            slip_length,
+            opening,
+            jump1,
+            jump2,
+            forgotten,
+            count,
+            _,
+        ] = *first;
+        let (number, contact) = (
+            usize::from(count as u8),
+            Contact::ALL[usize::from(status as u8 & 3)],
+        );
+        let counts =
+            number as f64 == count && number <= self.knots && (pressure != 0.0 || number == 0);
+        let signs = [pressure, limit, stored, slip_length, forgotten]
+            .iter()
+            .fold(0, |bits, value| bits | value.to_bits());
         if !(counts && signs >> 63 == 0 && f64::from(contact as u8) == status) {
             return self.read_carefully(state, knots);
         }
@@ -236,7 +261,11 @@ impl Layout {
     /// Number by number: what is wrong with a state, or a state of lengths so large, so small or so near to each other that
     /// their squares say nothing. The header is right, or that of a virgin state.
     #[cold]
-    fn read_carefully<const N: usize>(&self, state: &[f64], knots: &mut Knots<N>) -> Result<(), Error> {
+    fn read_carefully<const N: usize>(
+        &self,
+        state: &[f64],
+        knots: &mut Knots<N>,
+    ) -> Result<(), Error> {
         knots.clear();
         if let Some(index) = state[..HEADER].iter().position(|value| !finite(*value)) {
             return Err(self.bad(state, index, "must be finite"));
@@ -248,7 +277,10 @@ impl Layout {
         if f64::from(status as u8) != status || usize::from(status as u8) >= Contact::ALL.len() {
             return Err(self.bad(state, 0, "must be 0, 1, 2 or 3"));
         }
-        if let Some(index) = [1, 2, 3, 5, 9].into_iter().find(|index| state[*index] < 0.0) {
+        if let Some(index) = [1, 2, 3, 5, 9]
+            .into_iter()
+            .find(|index| state[*index] < 0.0)
+        {
             return Err(self.bad(state, index, "must be >= 0"));
         }
         let number = state[10] as u8;
@@ -259,7 +291,10 @@ impl Layout {
         if state[1] == 0.0 && number > 0 {
             return Err(self.bad(state, 10, "must be 0 in an open contact"));
         }
-        let mut below = Knot { r: 0.0, u: [0.0; N] };
+        let mut below = Knot {
+            r: 0.0,
+            u: [0.0; N],
+        };
         for index in 0..usize::from(number) {
             let first = HEADER + index * (1 + N);
             let slots = &state[first..first + 1 + N];
@@ -274,7 +309,10 @@ impl Layout {
                 let near = |i: usize| (u[i] - below.u[i]).abs() <= TOLERANCE * r;
                 if (0..N).all(near) {
                     knots.pop();
-                    below = knots.last().copied().unwrap_or(Knot { r: 0.0, u: [0.0; N] });
+                    below = knots.last().copied().unwrap_or(Knot {
+                        r: 0.0,
+                        u: [0.0; N],
+                    });
                     apart = r > below.r;
                 }
             }
@@ -367,7 +405,10 @@ fn all_below(values: &[f64], power: u64) -> bool {
 #[inline(always)]
 fn read_knots<const N: usize>(memory: &[f64], knots: &mut Knots<N>) -> bool {
     const LONGER: f64 = 1.0 + TOLERANCE;
-    let mut below = Knot { r: ORDINARY, u: [0.0; N] };
+    let mut below = Knot {
+        r: ORDINARY,
+        u: [0.0; N],
+    };
     let mut good = true;
     for slots in memory.chunks_exact(1 + N) {
         let r = slots[0];

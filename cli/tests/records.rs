@@ -446,7 +446,7 @@ fn tables_are_in_the_units_of_the_file() {
     let run = tool.run(&["identify", "kip.csv"]);
     for (name, truth, digits) in [
         ("F_s (kip)", 266.78 / KIP, 5),
-        ("X_s (in)", 0.0041 / INCH, 4),
+        ("X_s (in)", 0.0041 / INCH, 5),
     ] {
         let line = run
             .output

@@ -19,8 +19,10 @@ const PROMISING: f64 = 8.0;
 const MOST_LEFT: f64 = 0.01;
 /// At most so many effects together.
 const MOST: usize = 2;
-/// The sum of squares falls by so many variances: chance does it once in 10^5 times.
+/// The sum of squares falls by so many variances: chance does it once in 10^5 times. For a lag, which is taken out, more: a loop that
+/// is not quite of the model has a part of one by chance.
 const SIGNIFICANT: f64 = 20.0;
+const LAG_SIGNIFICANT: f64 = 30.0;
 /// What an effect takes from the residuals, root mean square over T: less is of no matter. A lag of this size moves kappa by less
 /// than .01.
 const MATTERS: f64 = 1e-3;
@@ -176,7 +178,9 @@ fn column(record: &Record, effect: Effect) -> Vec<f64> {
     };
     if effect == Effect::Viscous {
         let most = column.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        column.iter_mut().for_each(|v| *v /= most.max(f64::MIN_POSITIVE));
+        column
+            .iter_mut()
+            .for_each(|v| *v /= most.max(f64::MIN_POSITIVE));
     }
     column
 }
@@ -342,9 +346,7 @@ impl Search<'_> {
         };
         // The sum of squares is a parabola there.
         let rise = [-step, step].map(|change| {
-            changed(change).map_or(f64::NAN, |other| {
-                self.gain(other.square, solved).max(0.0)
-            })
+            changed(change).map_or(f64::NAN, |other| self.gain(other.square, solved).max(0.0))
         });
         let rise = 0.5 * (rise[0] + rise[1]);
         Estimate {
@@ -374,7 +376,11 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
         let problem = search.problem(&solved.record, &solved.model);
         let solution = Solution::new(&problem, solved.minimum.clone())?;
         let rounding = ROUNDING * problem.unit;
-        Ok(Residuals::new(&solved.record, &solution.residuals, rounding))
+        Ok(Residuals::new(
+            &solved.record,
+            &solution.residuals,
+            rounding,
+        ))
     };
     let before = shape(&none)?;
     let unit = record.force_unit();
@@ -393,12 +399,12 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
             .filter_map(|effect| search.with(&best, effect))
             .min_by(|a, b| a.square.total_cmp(&b.square));
         let Some(next) = next else { break };
-        let matters = match next.model.has.last() {
-            Some(Effect::Lag) => LAG_MATTERS,
-            _ => MATTERS,
+        let (matters, significant) = match next.model.has.last() {
+            Some(Effect::Lag) => (LAG_MATTERS, LAG_SIGNIFICANT),
+            _ => (MATTERS, SIGNIFICANT),
         };
         let fell = (best.square - next.square).max(0.0).sqrt();
-        if search.gain(best.square, &next) < SIGNIFICANT || fell < matters * unit {
+        if search.gain(best.square, &next) < significant || fell < matters * unit {
             break;
         }
         best = next;
@@ -414,7 +420,11 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
         let size = match best.model.forces.iter().position(|e| *e == effect) {
             Some(k) => solution.estimate(UNKNOWNS + k, problem.unit),
             None => {
-                let samples = if effect == Effect::Lag { stride as f64 } else { 1.0 };
+                let samples = if effect == Effect::Lag {
+                    stride as f64
+                } else {
+                    1.0
+                };
                 let estimate = search.estimate(&best, effect);
                 Estimate {
                     value: estimate.value * samples,

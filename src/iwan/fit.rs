@@ -382,9 +382,7 @@ pub(super) fn warnings(
             branch.points().filter(slips).count()
         })
         .sum();
-    let plain = |log_x: f64, chi: f64| {
-        1.0 - shape(PLAIN[0] * (-log_x).exp(), chi)[0] <= PLAIN[1]
-    };
+    let plain = |log_x: f64, chi: f64| 1.0 - shape(PLAIN[0] * (-log_x).exp(), chi)[0] <= PLAIN[1];
     // Gross slip is shown when every curve without it, X_s from the amplitude on, fits worse than chance allows, or has a plain
     // plateau as well.
     let rounding = problem.count() as f64 * ROUNDING * ROUNDING;
@@ -611,7 +609,9 @@ mod tests {
             let at = DVector::from_column_slice(&[0.8, log_x, 1.7, 0.2, 0.01, 0.1, 0.5, 0.6, 0.4]);
             let collect = |at: &DVector<f64>| {
                 let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
-                problem.visit(at, 7, &mut |residual, row| all.push((residual, row.to_vec())));
+                problem.visit(at, 7, &mut |residual, row| {
+                    all.push((residual, row.to_vec()))
+                });
                 all
             };
             let here = collect(&at);
@@ -622,7 +622,11 @@ mod tests {
                 below[k] -= h;
                 for ((a, b), here) in collect(&above).iter().zip(collect(&below)).zip(&here) {
                     let slope = (a.0 - b.0) / (2.0 * h);
-                    assert!((slope - here.1[k]).abs() < 1e-7, "{k} {slope} {}", here.1[k]);
+                    assert!(
+                        (slope - here.1[k]).abs() < 1e-7,
+                        "{k} {slope} {}",
+                        here.1[k]
+                    );
                 }
             }
         }

@@ -3,7 +3,9 @@
 //! The curve is 1-Lipschitz. So everything below the outermost element that slips, slips too, straight up to one front;
 //! above it stand the reversals that are still open.
 
-use super::{AT_APEX, Increment, NEGLIGIBLE, ON_CONE, Outcome, cut, dissipation_of_dead, forget_least};
+use super::{
+    AT_APEX, Increment, NEGLIGIBLE, ON_CONE, Outcome, cut, dissipation_of_dead, forget_least,
+};
 use crate::backbone::{Backbone, Values};
 use crate::state::{Contact, Knot, Knots};
 
@@ -48,7 +50,8 @@ pub fn step<B: Backbone>(
     if growth < 0.0 {
         let died = cut(trial, -growth);
         let curve = backbone.over(increment.before);
-        dead = increment.limit_ratio * dissipation_of_dead(&curve, trial, died, -growth, &increment.slip);
+        dead = increment.limit_ratio
+            * dissipation_of_dead(&curve, trial, died, -growth, &increment.slip);
         trial.drain(..died.0);
         apex += died.1[0];
     }
@@ -69,10 +72,16 @@ pub fn step<B: Backbone>(
     let excess = |knot: &Knot<1>| s * knot.u[0] - knot.r;
     let speed = s * d - growth;
     let reach = if speed > 0.0 { -AT_LIMIT } else { OUTSIDE };
-    let slipping = trial.iter().rposition(|knot| excess(knot) > reach * knot.r).map_or(0, |index| index + 1);
+    let slipping = trial
+        .iter()
+        .rposition(|knot| excess(knot) > reach * knot.r)
+        .map_or(0, |index| index + 1);
 
     // 3. Dissipation of what slips by e(R), over T; e is linear between the knots of the trial curve.
-    let mut work = Work { excess: apex.abs(), ..Work::default() };
+    let mut work = Work {
+        excess: apex.abs(),
+        ..Work::default()
+    };
     if growth != 0.0 {
         work.squares = apex * apex * initial_slope;
     }
@@ -86,7 +95,10 @@ pub fn step<B: Backbone>(
         outcome.stored = critical - curve.end().integral;
         outcome.dissipated = work.done(speed, growth) + work.excess + dead;
         outcome.contact = Contact::GrossSlip;
-        end.push(Knot { r: critical, u: [s * critical] });
+        end.push(Knot {
+            r: critical,
+            u: [s * critical],
+        });
         return;
     }
 
@@ -132,7 +144,11 @@ pub fn step<B: Backbone>(
             }
             continue;
         }
-        let at = if index == last { curve.end() } else { curve.at(r) };
+        let at = if index == last {
+            curve.end()
+        } else {
+            curve.at(r)
+        };
         if index < last {
             let above = &trial[index + 1];
             let high = above.r - r;
@@ -147,7 +163,8 @@ pub fn step<B: Backbone>(
         }
         let m = (u - below.u) / low;
         outcome.traction[0] += m * (at.f - below.at.f);
-        outcome.stored += m * (at.f * u - below.at.f * below.u) - m * m * (at.integral - below.at.integral);
+        outcome.stored +=
+            m * (at.f * u - below.at.f * below.u) - m * m * (at.integral - below.at.integral);
         below = Place { r, u, at };
         end.push(*knot);
     }
