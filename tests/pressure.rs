@@ -513,7 +513,6 @@ fn properties_that_change_in_time() {
 
 /// Proportional rule: when gcr changes R and u scale with it, and the difference of energy is told.
 #[test]
-#[ignore = "kernel: at rest StoredEnergy keeps its old value"]
 fn gcr_that_changes_at_rest() {
     let law = Law::<1>::new(&unit(2.5), 44).expect("good properties");
     let step = |gcr: f64, d: f64, state: &mut Vec<f64>| {

@@ -24,6 +24,10 @@ const AT_LIMIT: f64 = 1.0 - 2e-14;
 const SAME: f64 = 1e-12;
 /// A segment shorter than this part of G has the mean of its ends' f' for a secant: the quotient is rounding.
 const SHORT: f64 = 1e-8;
+/// Over less than this part of G, where the backbone is nearly straight, differences of its integrals are rounding;
+const NARROW: f64 = 1e-4;
+/// over less than this they are whatever the backbone is.
+const NO_ROOM: f64 = 1e-12;
 /// How often a segment may be halved.
 const HALVINGS: usize = 9;
 /// Room for the trial curve: an apex, an old apex, and a full state.
@@ -829,14 +833,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
             self.outcome.stored +=
                 slope.dot(&(b.u * b.at.f - a.u * a.at.f)) - slope.norm_squared() * integral;
             if a.slip > 0.0 || b.slip > 0.0 {
-                let fall = (a.slip - b.slip) * inverse;
-                self.work += fall * (b.at.loss - a.at.loss);
-                if self.path.growth != 0.0 {
-                    let rise = (b.share - a.share) * inverse;
-                    self.shared += rise * (b.slip * b.at.f - a.slip * a.at.f)
-                        - fall * (b.share * b.at.f - a.share * a.at.f)
-                        + 2.0 * fall * rise * integral;
-                }
+                self.dissipate(a, b, width, df);
             }
         }
         let importance = match self.kept.last() {
@@ -859,6 +856,35 @@ impl<'a, B: Backbone> Walk<'a, B> {
         self.settle(a, secant, &slope);
         self.keep(a, importance);
         (self.width, self.secant, self.slope) = (width, secant, slope);
+    }
+
+    /// What the segment from a to b has in D: (e_a - e_b)/h (L_b - L_a), and int (e theta)' f' dR =
+    /// S [e theta] + 2 e' theta' [h (f_a + f_b)/2 - (F_b - F_a)]. Where the segment is short differences of L and F are rounding,
+    /// while slip and share of what was next to the old apex differ from those of what was born after it: then the mean of
+    /// L' = f - R f', and h^2 (f'_b - f'_a)/12 for the bracket.
+    #[inline(always)]
+    fn dissipate(&mut self, a: &Place, b: &Place, width: f64, df: f64) {
+        let critical = self.path.critical;
+        // Short also for the backbone: a large exponent bends it within a small part of G.
+        let straight = a.at.slope - b.at.slope <= 1e-4 * a.at.slope;
+        let short = width <= NO_ROOM * critical || (width <= NARROW * critical && straight);
+        let fall = a.slip - b.slip;
+        self.work += fall
+            * if short {
+                0.5 * (a.at.f - a.r * a.at.slope + b.at.f - b.r * b.at.slope)
+            } else {
+                (b.at.loss - a.at.loss) / width
+            };
+        if self.path.growth != 0.0 {
+            let (secant, bent) = if short {
+                (0.5 * (a.at.slope + b.at.slope), (b.at.slope - a.at.slope) / 12.0)
+            } else {
+                let mean = (b.at.integral - a.at.integral) / width;
+                (df / width, (0.5 * (a.at.f + b.at.f) - mean) / width)
+            };
+            self.shared += secant * (b.slip * b.share - a.slip * a.share)
+                - 2.0 * bent * fall * (b.share - a.share);
+        }
     }
 
     #[inline(always)]
