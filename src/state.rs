@@ -416,8 +416,12 @@ fn read_knots<const N: usize>(memory: &[f64], knots: &mut Knots<N>) -> bool {
         good &= r > below.r;
         if N == 1 {
             let apart = (u[0] - below.u[0]).abs() - (r - below.r);
-            good &= apart.max(u[0].abs() - r) <= TOLERANCE * r;
-            u[0] = u[0].clamp(-r.abs(), r.abs());
+            good &= (apart <= TOLERANCE * r) & (u[0].abs() <= r * LONGER);
+            u[0] = if u[0].abs() > r {
+                r.copysign(u[0])
+            } else {
+                u[0]
+            };
         } else {
             let (square, limit) = (u[0] * u[0] + u[N - 1] * u[N - 1], r * r);
             good &= square <= limit * (LONGER * LONGER);

@@ -12,9 +12,6 @@
 //! G   = G_old (T / T_old)^(1/chi)  consistent rule; gcr proportional     (3) critical slip
 //! ```
 
-// Components by index, as in the equations.
-#![expect(clippy::needless_range_loop)]
-
 use crate::limit::Limit;
 use crate::{Backbone, Status, quadrature::integrate};
 

@@ -877,7 +877,10 @@ impl<'a, B: Backbone> Walk<'a, B> {
             };
         if self.path.growth != 0.0 {
             let (secant, bent) = if short {
-                (0.5 * (a.at.slope + b.at.slope), (b.at.slope - a.at.slope) / 12.0)
+                (
+                    0.5 * (a.at.slope + b.at.slope),
+                    (b.at.slope - a.at.slope) / 12.0,
+                )
             } else {
                 let mean = (b.at.integral - a.at.integral) / width;
                 (df / width, (0.5 * (a.at.f + b.at.f) - mean) / width)
