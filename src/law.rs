@@ -462,7 +462,7 @@ impl<const N: usize> Law<N> {
         }
         // A slip whose square is none has no direction.
         let mut increment = Increment {
-            slip: if length > 0.0 {
+            slip: if length > 1e-140 {
                 *slip_increment
             } else {
                 Vector::zeros()

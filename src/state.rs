@@ -427,7 +427,7 @@ fn read_knots<const N: usize>(memory: &[f64], knots: &mut Knots<N>) -> bool {
             good &= square <= limit * (LONGER * LONGER);
             // Rounding of the last bits is left alone: a projection there would only move it.
             if square > limit * (1.0 + 1e-13) {
-                let part = r / square.sqrt();
+                let part = r / square.max(f64::MIN_POSITIVE).sqrt();
                 u.iter_mut().for_each(|x| *x *= part);
             }
         }

@@ -94,7 +94,9 @@ pub fn step<B: Backbone>(
     let mut fronts = 0;
     if work.excess > 0.0 || slipping > 0 {
         let above = &trial[slipping];
-        let part = work.excess / (work.excess - excess(above).min(0.0));
+        // Not by 0, also where this is computed for nothing.
+        let whole = work.excess - excess(above).min(0.0);
+        let part = work.excess / whole.max(f64::MIN_POSITIVE);
         let r = (work.r + (above.r - work.r) * part).min(above.r);
         let at = curve.at(r);
         work.up_to(r, 0.0, at, growth);
@@ -113,8 +115,8 @@ pub fn step<B: Backbone>(
         outcome.by_slip[0] = initial_slope;
         if growth > 0.0 {
             // Nothing slips: the born elements share d in equal parts of the growth.
-            outcome.by_slip[0] = curve.at(growth).f / growth;
-            outcome.by_growth[0] = d / growth * (initial_slope - outcome.by_slip[0]);
+            (outcome.by_slip[0], outcome.by_growth[0]) =
+                born(curve.at(growth).f, initial_slope, growth, d);
         }
     }
     outcome.dissipated = work.done(speed, growth) + dead;
@@ -213,13 +215,12 @@ impl Work {
     /// Goes on to the place R where the excess is e.
     #[inline(always)]
     fn up_to(&mut self, r: f64, e: f64, at: Values, growth: f64) {
-        if r > self.r {
-            let fall = (self.excess - e) / (r - self.r);
-            self.sum += fall * (at.loss - self.at.loss);
-            if growth != 0.0 {
-                self.squares -= 2.0 * fall * (e * at.f - self.excess * self.at.f)
-                    + 2.0 * fall * fall * (at.integral - self.at.integral);
-            }
+        let width = r - self.r;
+        let fall = (self.excess - e) / if width > 0.0 { width } else { f64::INFINITY };
+        self.sum += fall * (at.loss - self.at.loss);
+        if growth != 0.0 {
+            self.squares -= 2.0 * fall * (e * at.f - self.excess * self.at.f)
+                + 2.0 * fall * fall * (at.integral - self.at.integral);
         }
         (self.r, self.excess, self.at) = (r, e, at);
     }
@@ -227,9 +228,28 @@ impl Work {
     /// `speed`: how fast an element leaves its limit in the whole step, s d - growth.
     #[inline(always)]
     fn done(&self, speed: f64, growth: f64) -> f64 {
-        if growth == 0.0 || speed <= 0.0 {
+        if growth == 0.0 {
             return self.sum;
         }
-        self.sum - 0.5 * growth * self.squares / speed
+        self.sum - shared(self.squares, speed, growth)
     }
+}
+
+// Functions of their own, so that no quotient is computed where it is not used: hosts trap a division by zero.
+
+/// growth/2 int e theta k dR.
+#[inline(never)]
+fn shared(squares: f64, speed: f64, growth: f64) -> f64 {
+    if speed > 0.0 {
+        0.5 * growth * squares / speed
+    } else {
+        0.0
+    }
+}
+
+/// Tangents to slip and growth of elements that are born on the way and share d; f: the backbone at the growth.
+#[inline(never)]
+fn born(f: f64, initial_slope: f64, growth: f64, d: f64) -> (f64, f64) {
+    let stiffness = f / growth;
+    (stiffness, d / growth * (initial_slope - stiffness))
 }

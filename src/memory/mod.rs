@@ -166,7 +166,7 @@ fn dissipation_of_dead<B: Backbone, const N: usize>(
     let mut to = |r: f64, v: Vector<N>| {
         let length = v.norm();
         let speed = if length > 0.0 {
-            v.dot(d) / length + depth
+            v.dot(d) / length.max(f64::MIN_POSITIVE) + depth
         } else {
             depth
         };
@@ -193,7 +193,7 @@ fn dissipation_of_dead<B: Backbone, const N: usize>(
         let rise = v - previous.1;
         let (along, squared) = (-previous.1.dot(&rise), rise.norm_squared());
         if along > 0.0 && along < squared {
-            let part = along / squared;
+            let part = along / squared.max(f64::MIN_POSITIVE);
             to(
                 previous.0 + part * (knot.r - previous.0),
                 previous.1 + rise * part,

@@ -56,25 +56,32 @@ fn left(a: &V) -> V {
 /// A direction and 1 over the length; `e` and 0 for no vector.
 #[inline(always)]
 fn direction(v: &V, e: &V) -> (V, f64) {
+    // Never by 0, also where this is computed for nothing: hosts trap that.
     let squared = v.norm_squared();
+    let inverse = 1.0 / squared.max(f64::MIN_POSITIVE).sqrt();
     if squared > 0.0 {
-        let inverse = 1.0 / squared.sqrt();
         (v * inverse, inverse)
     } else {
         (*e, 0.0)
     }
 }
 
-/// part / whole between 0 and 1 for whole >= 0, without a division that hosts could trap.
+/// part / whole between 0 and 1 for whole >= 0; 1 for 0 / 0.
 #[inline(always)]
 fn share(part: f64, whole: f64) -> f64 {
-    if part >= whole {
-        1.0
-    } else if part > 0.0 {
-        part / whole
-    } else {
-        0.0
-    }
+    let inside = part.max(0.0)
+        / if part < whole && whole > 0.0 {
+            whole
+        } else {
+            1.0
+        };
+    if part >= whole { 1.0 } else { inside }
+}
+
+/// 1 / h, or 0.
+#[inline(always)]
+fn inverse_or_zero(h: f64) -> f64 {
+    1.0 / if h > 0.0 { h } else { f64::INFINITY }
 }
 
 /// Whether |u| is at the limit R.
@@ -127,7 +134,7 @@ pub fn step<B: Backbone>(
             scale
         };
         if top > 0.0 {
-            tolerance = (0.5 * increment.resolution * at.loss / top).max(0.5 * increment.forgotten);
+            tolerance = (0.5 * increment.resolution * at.loss / top.max(f64::MIN_POSITIVE)).max(0.5 * increment.forgotten);
             outcome.contact = Contact::of(gross, at.slope, initial_slope);
         }
     }
@@ -418,7 +425,7 @@ impl Path {
         if slips && squared <= limit * OUTSIDE {
             slips = was && v.dot(&self.d) > squared.sqrt() * self.growth;
             if !slips && squared > limit {
-                v *= r / squared.sqrt();
+                v *= r / squared.max(f64::MIN_POSITIVE).sqrt();
             }
         }
         Trial { r, v, slips, was }
@@ -640,13 +647,13 @@ impl Path {
         if growth != 0.0 {
             // Exact on straight lines, to first order otherwise.
             let (bend, fit) = (cosine - c, 2.0 + 1.2 * c);
-            let slip = if al > 0.0 { slipping / al * log } else { 0.0 };
+            let slip = slipping * inverse_or_zero(al) * log;
             let slip = slip + growth * slipping * (a * bend / (12.0 + fit * a) - 1.0);
             place.slip = slip.max(0.0);
+            let weight = 12.0 + fit * length * slipping * over_h;
+            let part = 2.0 * slipping * slipping * length * bend / weight * inverse_or_zero(slip);
             if slip > 0.0 {
-                let weight = (12.0 + fit * length * slipping * over_h) * slip;
-                let share = slipping - 2.0 * slipping * slipping * length * bend / weight;
-                place.share = share.clamp(0.0, 2.0 * slipping);
+                place.share = (slipping - part).clamp(0.0, 2.0 * slipping);
             }
         }
     }
@@ -1026,8 +1033,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
                 let (a, c) = (&self.kept[b.below as usize], &self.kept[b.above as usize]);
                 let (low, high) = (b.r - a.r, c.r - b.r);
                 // Where one of them is 0 the place goes anyway.
-                let [over_low, over_high] =
-                    [low, high].map(|h| if h > 0.0 { 1.0 / h } else { 0.0 });
+                let [over_low, over_high] = [low, high].map(inverse_or_zero);
                 let bend = (b.u - a.u) * over_low - (c.u - b.u) * over_high;
                 let kink = (b.f - a.f) * over_low - (c.f - b.f) * over_high;
                 self.importance[k] = importance(
@@ -1069,7 +1075,7 @@ fn importance(
     if low <= near || high <= near {
         return DROP;
     }
-    let along = low * high / (low + high);
+    let along = low * high / (low + high).max(f64::MIN_POSITIVE);
     let kinked = kink * kink;
     let mut importance = bend.norm_squared() * along * along * kinked;
     if importance < NEGLIGIBLE * NEGLIGIBLE {
