@@ -17,11 +17,20 @@ fn every_vector_through_the_rust_api() {
             let response = point.move_to(target, row.pressure);
             dissipated += response.dissipated;
             let status = response.contact as i32;
-            file.check(index, response.traction.as_slice(), response.stored, dissipated, status);
+            file.check(
+                index,
+                response.traction.as_slice(),
+                response.stored,
+                dissipated,
+                status,
+            );
             let [in_state, pressure, _, stored, so_far] = point.state[..5] else {
                 panic!("a short state");
             };
-            assert_eq!([in_state, pressure, stored], [f64::from(status), row.pressure.max(0.0), response.stored]);
+            assert_eq!(
+                [in_state, pressure, stored],
+                [f64::from(status), row.pressure.max(0.0), response.stored]
+            );
             assert_eq!(so_far, dissipated, "{}, row {index}", file.name());
         }
     }

@@ -14,7 +14,9 @@ use mepc_oracle::spring::SpringPatch;
 use mepc_oracle::{Backbone, Status};
 use std::f64::consts::{PI, TAU};
 use support::structures::{Bar, Patch};
-use support::{Point, decades, integral, paths, power, segalman, signed, state_size, turned, unit, with};
+use support::{
+    Point, decades, integral, paths, power, segalman, signed, state_size, turned, unit, with,
+};
 
 const CHI_15: Backbone = Backbone::Power { chi: 1.5 };
 const CHI_25: Backbone = Backbone::Power { chi: 2.5 };

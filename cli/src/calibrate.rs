@@ -3,10 +3,10 @@
 mod sprung;
 
 use crate::channels::Columns;
-use crate::units::{Force, Length};
 use crate::numbers::{self, exact, short};
 use crate::pictures::{self, Fitted};
 use crate::replay::Springs;
+use crate::units::{Force, Length};
 use crate::{Outcome, check_outputs, loops, print, say, write, wrong_use};
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
@@ -103,11 +103,13 @@ impl Arguments {
 
     /// The area in mm2.
     fn area(&self) -> f64 {
-        let unit = self.area_unit.unwrap_or(match self.columns.displacement_unit() {
-            Some(Length::In | Length::Mil) => Area::In2,
-            Some(Length::M) => Area::M2,
-            _ => Area::Mm2,
-        });
+        let unit = self
+            .area_unit
+            .unwrap_or(match self.columns.displacement_unit() {
+                Some(Length::In | Length::Mil) => Area::In2,
+                Some(Length::M) => Area::M2,
+                _ => Area::Mm2,
+            });
         self.area
             * match unit {
                 Area::Mm2 => 1.0,
@@ -184,8 +186,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .map(|file| {
             let name = file.display().to_string();
             let record = arguments.columns.read(file)?.record()?;
-            let (record, fit) = judged(record)
-                .map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
+            let (record, fit) =
+                judged(record).map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
             Ok((name, record, fit))
         })
         .collect::<Result<_>>()?;
@@ -256,7 +258,13 @@ fn judged(record: Record) -> Result<(Record, Fit), mepc::Error> {
         return Ok((found.record, found.fit));
     }
     with_lag.fit.warnings.retain(|warning| {
-        !matches!(warning, Warning::LeftOut { effect: Effect::Lag, .. })
+        !matches!(
+            warning,
+            Warning::LeftOut {
+                effect: Effect::Lag,
+                ..
+            }
+        )
     });
     Ok((with_lag.record, with_lag.fit))
 }
@@ -319,9 +327,7 @@ fn case(file: String, preload: f64, record: Record, mut joint: Fit, chi: f64) ->
     joint.warnings.retain(|warning| {
         !matches!(
             warning,
-            Warning::IllDetermined { .. }
-                | Warning::ChiAtBound(_)
-                | Warning::Correlated(_)
+            Warning::IllDetermined { .. } | Warning::ChiAtBound(_) | Warning::Correlated(_)
         )
     });
     let fit = |chi| Sprung::new(&record, chi).fit(&joint);
@@ -482,7 +488,8 @@ impl Power {
                     [weight, grown, one.force, one.displacement()]
                 })
                 .collect();
-            let sum = |of: &dyn Fn(&[f64; 4]) -> f64| rows.iter().map(|r| r[0] * of(r)).sum::<f64>();
+            let sum =
+                |of: &dyn Fn(&[f64; 4]) -> f64| rows.iter().map(|r| r[0] * of(r)).sum::<f64>();
             let [aa, ab, bb] = [
                 sum(&|r| r[1] * r[1]),
                 sum(&|r| r[1] * r[2]),
@@ -595,7 +602,10 @@ impl Calibration {
         }
         let spread = {
             let most = cases.iter().map(|c| c.preload).fold(0.0, f64::max);
-            let least = cases.iter().map(|c| c.preload).fold(f64::INFINITY, f64::min);
+            let least = cases
+                .iter()
+                .map(|c| c.preload)
+                .fold(f64::INFINITY, f64::min);
             most / least
         };
         let separated = cases.len() > 1 && spread > 1.2;
@@ -781,7 +791,11 @@ impl Calibration {
             "reference pressure (MPa)",
             short(self.pressure),
             None,
-            &format!("mean preload {} N / area {} mm2", short(self.preloads), short(self.area)),
+            &format!(
+                "mean preload {} N / area {} mm2",
+                short(self.preloads),
+                short(self.area)
+            ),
         );
         if let Some(power) = &self.power {
             let [low, high] = power
@@ -794,7 +808,11 @@ impl Calibration {
                 &format!(
                     "95 %: {low} .. {high}; the law has 1/chi = {:.2}, which the loops {}",
                     1.0 / self.chi.used,
-                    if power.consistent { "allow" } else { "do not allow: gcr holds at the reference pressure" }
+                    if power.consistent {
+                        "allow"
+                    } else {
+                        "do not allow: gcr holds at the reference pressure"
+                    }
                 ),
             );
         }

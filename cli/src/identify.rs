@@ -7,13 +7,13 @@ use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use mepc::iwan::{
-    Direction, Estimate, Extended, Fit, Identification, Iwan, NAMES, Options, PAPER_TOLERANCE, Record,
-    Stop, Warning, identify,
+    Direction, Estimate, Extended, Fit, Identification, Iwan, NAMES, Options, PAPER_TOLERANCE,
+    Record, Stop, Warning, identify,
 };
-use std::ops::Range;
 use mepc_plot::{BLUE, Curve, Figure, GREEN, GREY, ORANGE, Stroke};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::PathBuf;
 
 /// Identify the four parameters of the improved Iwan model from a measured hysteresis loop.
@@ -84,7 +84,8 @@ fn part(text: &str) -> Result<f64, String> {
 
 /// Rows A to B, both counted from 1 and included.
 fn rows(text: &str) -> Result<Range<usize>, String> {
-    let words = || format!("'{text}' is not A:B, two whole numbers from 1 on, the second not smaller");
+    let words =
+        || format!("'{text}' is not A:B, two whole numbers from 1 on, the second not smaller");
     let (first, last) = text.split_once(':').ok_or_else(words)?;
     let number = |text: &str| numbers::whole::<usize>(text, 1..=u64::MAX).map_err(|_| words());
     let (first, last) = (number(first)?, number(last)?);
@@ -158,7 +159,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             // Whether the parameters may be used is for the better method to say.
             let warnings = found.fit.warnings.into_iter().filter(|w| {
                 w.reason().is_some()
-                    || matches!(w, Warning::LagTakenOut(_) | Warning::AmplitudeChanges { .. })
+                    || matches!(
+                        w,
+                        Warning::LagTakenOut(_) | Warning::AmplitudeChanges { .. }
+                    )
             });
             found.fit = Fit {
                 warnings: warnings.collect(),
@@ -260,11 +264,7 @@ fn resample(record: &Record, fit: &mut Fit, arguments: &Arguments, count: u32) -
     let block = (points as f64).cbrt().ceil() as usize;
     // Residuals of a fit with five unknowns are a little smaller than the noise.
     let grown = (points as f64 / (points as f64 - 5.0)).sqrt();
-    let indices: Vec<usize> = record
-        .branches
-        .iter()
-        .flat_map(|b| b.points())
-        .collect();
+    let indices: Vec<usize> = record.branches.iter().flat_map(|b| b.points()).collect();
     let smooth: Vec<f64> = indices
         .iter()
         .zip(&fit.residuals)
@@ -407,10 +407,7 @@ impl Report<'_> {
         };
         line("chi of the joint, 5/2 + kappa", short(joint.chi()));
         line("stick stiffness (N/mm)", short(joint.stick_stiffness()));
-        line(
-            "force at the amplitude T_max (N)",
-            short(fit.peak),
-        );
+        line("force at the amplitude T_max (N)", short(fit.peak));
         if let Some(stop) = &fit.stop {
             for (side, clearance) in ["above", "below"].into_iter().zip(stop.clearances) {
                 let words = clearance.map_or("not reached".to_string(), plus);

@@ -4,7 +4,9 @@
 mod rig;
 mod tool;
 
-use rig::{AMPLITUDE, T_MAX, TRUTH, TURN, joint, joint_of, noisy, play, ramps, sine, stop, velocity};
+use rig::{
+    AMPLITUDE, T_MAX, TRUTH, TURN, joint, joint_of, noisy, play, ramps, sine, stop, velocity,
+};
 use serde_json::Value;
 use std::fmt::Write as _;
 use tool::{Run, Tool};
@@ -22,7 +24,9 @@ fn json(run: &Run) -> Value {
 }
 
 fn number(json: &Value, key: &str) -> f64 {
-    json[key].as_f64().unwrap_or_else(|| panic!("{key} in {json}"))
+    json[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key} in {json}"))
 }
 
 /// Reasons of a run that is flagged; the lag, if any, is no reason.
@@ -31,7 +35,9 @@ fn reasons(run: &Run) -> Vec<String> {
     let reasons = json["reasons"].as_array().expect("a list");
     assert_eq!(run.code, if reasons.is_empty() { 0 } else { 3 });
     assert_eq!(json["reliable"], reasons.is_empty());
-    let words = reasons.iter().map(|r| r.as_str().expect("a word").to_string());
+    let words = reasons
+        .iter()
+        .map(|r| r.as_str().expect("a word").to_string());
     words.collect()
 }
 
@@ -42,10 +48,17 @@ fn growing_amplitude_needs_no_option() {
     put(&tool, "ramp.csv", &x, &noisy(&joint(&x), 0.01, 1));
     let run = tool.run(&["identify", "ramp.csv", "--json"]);
     assert!(reasons(&run).is_empty());
-    assert!(run.errors.contains("the amplitude grows: 6 cycles"), "{}", run.errors);
+    assert!(
+        run.errors.contains("the amplitude grows: 6 cycles"),
+        "{}",
+        run.errors
+    );
     let all = json(&run);
     assert_eq!(all["points"], x.len());
-    assert_eq!((&all["cycles"], &all["amplitude_changes"]), (&6.into(), &true.into()));
+    assert_eq!(
+        (&all["cycles"], &all["amplitude_changes"]),
+        (&6.into(), &true.into())
+    );
     assert!((number(&all, "kappa") - TRUTH[3]).abs() < 0.05);
     for options in [&["--cycle", "5"][..], &["--rows", "1600:2372"]] {
         let run = tool.run(&[&["identify", "ramp.csv", "--json"], options].concat());
@@ -75,7 +88,11 @@ fn a_lag_is_taken_out_and_said() {
     put(&tool, "lag.csv", &x[TURN - 4..x.len() - 4], &force[TURN..]);
     let run = tool.run(&["identify", "lag.csv", "--json"]);
     assert!(reasons(&run).is_empty());
-    assert!(run.errors.contains("taken out (--lag 0 leaves it)"), "{}", run.errors);
+    assert!(
+        run.errors.contains("taken out (--lag 0 leaves it)"),
+        "{}",
+        run.errors
+    );
     let found = json(&run);
     assert!((number(&found["lag"], "value") - 4.0).abs() < 0.3);
     assert!((number(&found, "kappa") - TRUTH[3]).abs() < 0.05);
@@ -94,14 +111,27 @@ fn bearing_is_flagged_and_the_stop_model_proposed() {
     let clean = joint(&x);
     let pairs = clean.iter().zip(&x);
     let force: Vec<f64> = pairs.map(|(t, &x)| t + stop(x, [0.015; 2], 2e4)).collect();
-    put(&tool, "lap.csv", &x[TURN..], &noisy(&force, 0.005, 1)[TURN..]);
+    put(
+        &tool,
+        "lap.csv",
+        &x[TURN..],
+        &noisy(&force, 0.005, 1)[TURN..],
+    );
     let run = tool.run(&["identify", "lap.csv", "--json"]);
     assert!(reasons(&run).contains(&"bearing".to_string()));
     assert!(run.errors.contains("use --model stop"), "{}", run.errors);
     let extended = json(&run);
     let clearance = number(&extended["extended"]["stop"]["clearance_above"], "value");
     assert!((clearance - 0.015).abs() < 1e-4);
-    let run = tool.run(&["identify", "lap.csv", "--json", "--model", "stop", "--picture", "l.svg"]);
+    let run = tool.run(&[
+        "identify",
+        "lap.csv",
+        "--json",
+        "--model",
+        "stop",
+        "--picture",
+        "l.svg",
+    ]);
     assert!(reasons(&run).is_empty());
     let found = json(&run);
     assert_eq!(found["model"], "stop");
@@ -110,7 +140,9 @@ fn bearing_is_flagged_and_the_stop_model_proposed() {
     assert!((number(&found, "kappa") - TRUTH[3]).abs() < 0.05);
     let table = tool.ok(&["identify", "lap.csv", "--model", "stop"]);
     assert!(table.contains("clearance above the middle"), "{table}");
-    let run = tool.run(&["identify", "lap.csv", "--model", "stop", "--method", "paper"]);
+    let run = tool.run(&[
+        "identify", "lap.csv", "--model", "stop", "--method", "paper",
+    ]);
     assert_eq!(run.code, 2);
 }
 
@@ -123,16 +155,35 @@ fn other_loops_are_flagged_with_their_reason() {
     let pinched = clean.iter().zip(&x);
     let cases = [
         ("backlash", joint(&play(&x, 0.005 * AMPLITUDE))),
-        ("viscous", viscous.map(|(i, t)| t + 0.1 * T_MAX * velocity(i)).collect()),
-        ("shape", pinched.map(|(t, x)| t * (0.15 + (x / AMPLITUDE).powi(2)).min(1.0)).collect()),
+        (
+            "viscous",
+            viscous
+                .map(|(i, t)| t + 0.1 * T_MAX * velocity(i))
+                .collect(),
+        ),
+        (
+            "shape",
+            pinched
+                .map(|(t, x)| t * (0.15 + (x / AMPLITUDE).powi(2)).min(1.0))
+                .collect(),
+        ),
     ];
     for (reason, force) in cases {
-        put(&tool, "loop.csv", &x[TURN..], &noisy(&force, 0.01, 1)[TURN..]);
+        put(
+            &tool,
+            "loop.csv",
+            &x[TURN..],
+            &noisy(&force, 0.01, 1)[TURN..],
+        );
         for method in ["least-squares", "paper"] {
             let run = tool.run(&["identify", "loop.csv", "--json", "--method", method]);
             // The paper's procedure finds no line in a pinched loop.
             if run.code != 1 {
-                assert!(reasons(&run).contains(&reason.to_string()), "{reason} {}", run.errors);
+                assert!(
+                    reasons(&run).contains(&reason.to_string()),
+                    "{reason} {}",
+                    run.errors
+                );
             }
         }
         let run = tool.run(&["identify", "loop.csv", "--json"]);
@@ -152,7 +203,10 @@ fn preloads(tool: &Tool, seed: u64) -> Vec<String> {
     let files = [300.0, 700.0, 1100.0].map(|p| {
         let file = format!("p{p}.csv");
         let friction = 0.3 * p;
-        let loops = joint_of([friction, 0.00268 + friction / 178e3, TRUTH[2], TRUTH[3]], &x);
+        let loops = joint_of(
+            [friction, 0.00268 + friction / 178e3, TRUTH[2], TRUTH[3]],
+            &x,
+        );
         put(tool, &file, &x, &noisy(&loops, 0.01, seed));
         file
     });
@@ -161,20 +215,36 @@ fn preloads(tool: &Tool, seed: u64) -> Vec<String> {
 
 fn calibrate<'a>(files: &'a [String], options: &[&'a str]) -> Vec<&'a str> {
     let files = files.iter().map(String::as_str);
-    ["calibrate", "--json"].into_iter().chain(files).chain(options.iter().copied()).collect()
+    ["calibrate", "--json"]
+        .into_iter()
+        .chain(files)
+        .chain(options.iter().copied())
+        .collect()
 }
 
 #[test]
 fn preloads_give_the_law() {
     let tool = Tool::new();
-    let right = ["--preload", "300", "--preload", "700", "--preload", "1100", "--area", "361.52"];
+    let right = [
+        "--preload",
+        "300",
+        "--preload",
+        "700",
+        "--preload",
+        "1100",
+        "--area",
+        "361.52",
+    ];
     for seed in 1..=5 {
         let files = preloads(&tool, seed);
         let run = tool.run(&calibrate(&files, &right));
         assert!(reasons(&run).is_empty(), "{}", run.errors);
         let found = json(&run);
         assert!((number(&found, "mu") / 0.3 - 1.0).abs() < 0.01);
-        assert!((number(&found, "gcr") / 0.00268 - 1.0).abs() < 0.05, "{found}");
+        assert!(
+            (number(&found, "gcr") / 0.00268 - 1.0).abs() < 0.05,
+            "{found}"
+        );
         assert!((number(&found, "K_e") / 178e3 - 1.0).abs() < 0.1, "{found}");
         // The reference pressure is that of the mean preload; it is property 5.
         let pressure = 700.0 / 361.52;
@@ -188,7 +258,11 @@ fn preloads_give_the_law() {
         assert_eq!(power["consistent_rule_fits"], false);
     }
     let files = preloads(&tool, 1);
-    for order in [["700", "300", "1100"], ["1100", "700", "300"], ["300", "1100", "700"]] {
+    for order in [
+        ["700", "300", "1100"],
+        ["1100", "700", "300"],
+        ["300", "1100", "700"],
+    ] {
         let mut options = vec!["--area", "361.52"];
         options.extend(order.iter().flat_map(|p| ["--preload", p]));
         let run = tool.run(&calibrate(&files, &options));
@@ -204,17 +278,41 @@ fn preloads_give_the_law() {
 fn preload_and_area_have_units() {
     let tool = Tool::new();
     let files = preloads(&tool, 1)[1..2].to_vec();
-    let plain = tool.run(&calibrate(&files, &["--preload", "700", "--area", "361.52"]));
+    let plain = tool.run(&calibrate(
+        &files,
+        &["--preload", "700", "--area", "361.52"],
+    ));
     let plain = json(&plain);
     let kip = (700.0 / 4448.221_615_260_5).to_string();
     let inches = (361.52 / 645.16).to_string();
     for options in [
-        ["--preload", ".7", "--preload-unit", "kN", "--area", "3.6152", "--area-unit", "cm2"],
-        ["--preload", &kip, "--preload-unit", "kip", "--area", &inches, "--area-unit", "in2"],
+        [
+            "--preload",
+            ".7",
+            "--preload-unit",
+            "kN",
+            "--area",
+            "3.6152",
+            "--area-unit",
+            "cm2",
+        ],
+        [
+            "--preload",
+            &kip,
+            "--preload-unit",
+            "kip",
+            "--area",
+            &inches,
+            "--area-unit",
+            "in2",
+        ],
     ] {
         let found = json(&tool.run(&calibrate(&files, &options)));
         for key in ["mu", "reference_pressure"] {
-            assert!((number(&found, key) / number(&plain, key) - 1.0).abs() < 1e-9, "{key}");
+            assert!(
+                (number(&found, key) / number(&plain, key) - 1.0).abs() < 1e-9,
+                "{key}"
+            );
         }
     }
     // The units of the loop hold for both.
@@ -231,7 +329,10 @@ fn preload_and_area_have_units() {
     let loads = ["--preload", &kip, "--area", &inches];
     let found = json(&tool.run(&calibrate(&inch_files, &[&units[..], &loads].concat())));
     for key in ["mu", "reference_pressure", "gcr"] {
-        assert!((number(&found, key) / number(&plain, key) - 1.0).abs() < 1e-6, "{key}");
+        assert!(
+            (number(&found, key) / number(&plain, key) - 1.0).abs() < 1e-6,
+            "{key}"
+        );
     }
     // A preload in the wrong unit gives a friction coefficient that none has.
     let run = tool.run(&calibrate(&files, &["--preload", ".7", "--area", "361.52"]));

@@ -2,8 +2,8 @@
 // Array sizes in square brackets, as C documents them, are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-use super::guard;
 use super::arguments::{array, null, write};
+use super::guard;
 use super::native::{MEPC_NOT_DESCRIBED, remember, status};
 use crate::error::{Error, Kind};
 use crate::iwan::{Direction, Iwan, Options, PAPER_TOLERANCE, Record, identify};

@@ -178,7 +178,9 @@ fn column(record: &Record, effect: Effect) -> Vec<f64> {
     };
     if effect == Effect::Viscous {
         let most = column.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        column.iter_mut().for_each(|v| *v /= most.max(f64::MIN_POSITIVE));
+        column
+            .iter_mut()
+            .for_each(|v| *v /= most.max(f64::MIN_POSITIVE));
     }
     column
 }
@@ -344,9 +346,7 @@ impl Search<'_> {
         };
         // The sum of squares is a parabola there.
         let rise = [-step, step].map(|change| {
-            changed(change).map_or(f64::NAN, |other| {
-                self.gain(other.square, solved).max(0.0)
-            })
+            changed(change).map_or(f64::NAN, |other| self.gain(other.square, solved).max(0.0))
         });
         let rise = 0.5 * (rise[0] + rise[1]);
         Estimate {
@@ -376,7 +376,11 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
         let problem = search.problem(&solved.record, &solved.model);
         let solution = Solution::new(&problem, solved.minimum.clone())?;
         let rounding = ROUNDING * problem.unit;
-        Ok(Residuals::new(&solved.record, &solution.residuals, rounding))
+        Ok(Residuals::new(
+            &solved.record,
+            &solution.residuals,
+            rounding,
+        ))
     };
     let before = shape(&none)?;
     let unit = record.force_unit();
@@ -416,7 +420,11 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
         let size = match best.model.forces.iter().position(|e| *e == effect) {
             Some(k) => solution.estimate(UNKNOWNS + k, problem.unit),
             None => {
-                let samples = if effect == Effect::Lag { stride as f64 } else { 1.0 };
+                let samples = if effect == Effect::Lag {
+                    stride as f64
+                } else {
+                    1.0
+                };
                 let estimate = search.estimate(&best, effect);
                 Estimate {
                     value: estimate.value * samples,

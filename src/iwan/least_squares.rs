@@ -125,7 +125,9 @@ pub fn search_stride(problem: &impl Problem) -> usize {
 /// The sum of the squares of every `stride`-th residual.
 pub fn sum_of_squares(problem: &impl Problem, parameters: &DVector<f64>, stride: usize) -> f64 {
     let mut sum = 0.0;
-    problem.visit(parameters, stride, &mut |residual, _| sum += residual * residual);
+    problem.visit(parameters, stride, &mut |residual, _| {
+        sum += residual * residual
+    });
     sum
 }
 

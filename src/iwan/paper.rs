@@ -123,9 +123,10 @@ impl Record {
     /// The points of the branches that go from one end of the loop to the other.
     fn turned(&self) -> Vec<Point> {
         let near = |length: f64| length >= COMPLETE * self.amplitude;
-        let whole = self.branches.iter().filter(|b| {
-            !b.virgin && near(b.amplitude) && near((b.start - self.centre).abs())
-        });
+        let whole = self
+            .branches
+            .iter()
+            .filter(|b| !b.virgin && near(b.amplitude) && near((b.start - self.centre).abs()));
         whole
             .flat_map(|branch| {
                 let sign = branch.direction.sign();

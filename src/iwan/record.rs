@@ -689,9 +689,11 @@ fn remembered(x: &[f64], turns: &[usize], origin: Origin) -> Cut {
     if let Some(end) = farthest(x, (last_turn..=last).rev(), tail).filter(|end| *end > last_turn) {
         legs.push((last_turn + 1..end + 1, from, x[end]));
     }
-    let (low, high) = ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &end| {
-        (low.min(end), high.max(end))
-    });
+    let (low, high) = ends
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &end| {
+            (low.min(end), high.max(end))
+        });
     let centre = 0.5 * (low + high);
     let rest = match origin {
         Origin::Start => x[0],
@@ -925,10 +927,7 @@ mod tests {
         let x = cosine(3.0, 100, 0.0);
         let branches = branches(&x, &x).0;
         assert_eq!(branches.len(), 6);
-        assert_eq!(
-            branches.iter().map(|b| b.count()).sum::<usize>(),
-            x.len()
-        );
+        assert_eq!(branches.iter().map(|b| b.count()).sum::<usize>(), x.len());
         for (k, b) in branches.iter().enumerate() {
             assert_eq!(b.direction == Direction::Loading, k % 2 == 0);
             assert_eq!((b.start.abs(), b.amplitude), (1.0, 1.0));
@@ -951,10 +950,7 @@ mod tests {
         let x = cosine(1.0, 100, 0.25);
         let branches = branches(&x, &x).0;
         assert_eq!(branches.len(), 2);
-        assert_eq!(
-            branches.iter().map(|b| b.count()).sum::<usize>(),
-            x.len()
-        );
+        assert_eq!(branches.iter().map(|b| b.count()).sum::<usize>(), x.len());
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Slip, then bearing: the four-parameter model with a spring beyond a clearance on either side.
 
-use super::fit::{Friction, Loop, Solution, UNKNOWNS, X_RANGE, bad, fit_of, lowest, valley, warnings};
+use super::fit::{
+    Friction, Loop, Solution, UNKNOWNS, X_RANGE, bad, fit_of, lowest, valley, warnings,
+};
 use super::least_squares::search;
 use super::masing::{CLEARANCES, Masing};
 use super::record::Record;
@@ -58,15 +60,20 @@ pub(super) fn solve(record: &Record) -> Result<(Solution, Vec<Bottom>), Error> {
         }
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((_, best, _)) = tried.first() {
-            places = STARTS.map(|clearance| {
-                let mut pair = *best;
-                pair[side] = clearance;
-                pair
-            }).to_vec();
+            places = STARTS
+                .map(|clearance| {
+                    let mut pair = *best;
+                    pair[side] = clearance;
+                    pair
+                })
+                .to_vec();
         }
     }
     tried.truncate(FOLLOWED);
-    let best = search(&problem, tried.iter().map(|(.., unknowns)| unknowns.clone()));
+    let best = search(
+        &problem,
+        tried.iter().map(|(.., unknowns)| unknowns.clone()),
+    );
     let mut best = best.ok_or_else(|| bad("no start for the search"))?;
     // Once more along the whole valley, with the clearances that were found.
     let found = [0, 1].map(|k| best.parameters[UNKNOWNS + k]);

@@ -281,9 +281,9 @@ impl fmt::Display for Warning {
                 }
             }
             Warning::Bears(stop) => {
-                let [above, below] = stop.clearances.map(|side| {
-                    side.map_or("not reached".to_string(), |c| Plus(c).to_string())
-                });
+                let [above, below] = stop
+                    .clearances
+                    .map(|side| side.map_or("not reached".to_string(), |c| Plus(c).to_string()));
                 write!(
                     out,
                     "the joint slips and then bears: a model with stops at {above} above and {below} below the middle, stiffness \

@@ -19,7 +19,11 @@ pub fn friction(path: &[f64], x_s: f64, reach: f64, slope: impl Fn(f64) -> f64) 
     // An element of limit r has the stiffness by which the slope falls at r; the last ones have what is left.
     let stiffness: Vec<f64> = (0..ELEMENTS)
         .map(|k| {
-            let after = if k + 1 < ELEMENTS { slope((k + 1) as f64 * step) } else { 0.0 };
+            let after = if k + 1 < ELEMENTS {
+                slope((k + 1) as f64 * step)
+            } else {
+                0.0
+            };
             slope(k as f64 * step) - after
         })
         .collect();
@@ -46,7 +50,8 @@ pub fn joint_of([force, x_s, residual, kappa]: [f64; 4], path: &[f64]) -> Vec<f6
     let slope = |r: f64| chi * (1.0 - r).max(0.0).powf(chi - 1.0);
     let friction = friction(path, x_s, 1.0, slope);
     let both = friction.iter().zip(path);
-    both.map(|(t, x)| force * t + residual * (x - path[0])).collect()
+    both.map(|(t, x)| force * t + residual * (x - path[0]))
+        .collect()
 }
 
 /// That of the known joint.
@@ -69,7 +74,11 @@ pub fn velocity(index: usize) -> f64 {
 pub fn ramps(amplitudes: &[f64]) -> Vec<f64> {
     let mut path = vec![0.0];
     for &a in amplitudes {
-        let first = if path[path.len() - 1] <= 0.0 { Some(a) } else { None };
+        let first = if path[path.len() - 1] <= 0.0 {
+            Some(a)
+        } else {
+            None
+        };
         for end in first.into_iter().chain([-a, a]) {
             let start = path[path.len() - 1];
             let count = ((100.0 * (end - start).abs() / a) as usize).max(8);
