@@ -101,6 +101,7 @@ test: setup-checks build check ## everything is checked
 	$(MAKE) memcheck
 	$(MAKE) abaqus
 	$(MAKE) downstream
+	$(MAKE) docs
 
 .PHONY: check
 check: library ## formatting, lints, and drift of generated files
@@ -130,12 +131,22 @@ generated: library ## write the generated files anew: header, symbol list, vecto
 	$(MAKE) demo DEMO_OPTIONS=--docs
 
 .PHONY: bench
-bench: setup library build/librivals.so ## time the library beside its rivals, in one process
+bench: setup library build/librivals.so build/old/libmepc.so ## time the library beside its rivals, in one process
 	cargo bench --bench bench
 
 build/librivals.so: benches/rivals.f90 Makefile
 	@mkdir -p build/modules
 	$(FC) -O3 -march=native -fopenmp-simd -fPIC -shared -Jbuild/modules $< -o $@
+
+# The library before its kernel was written anew, from the history; without it the comparison with it is left out.
+KERNEL_BEFORE := 1f352b1
+build/old/libmepc.so:
+	@mkdir -p build/old
+	@if git cat-file -e $(KERNEL_BEFORE)^{commit} 2>/dev/null; then \
+	  git archive $(KERNEL_BEFORE) | tar -x -C build/old && \
+	  cargo build --release --package mepc --lib --manifest-path build/old/Cargo.toml --target-dir build/old/target && \
+	  cp build/old/target/release/libmepc.so $@; \
+	else echo "no commit $(KERNEL_BEFORE) here (a shallow clone?): the bench leaves out the kernel before"; fi
 
 .PHONY: abaqus
 abaqus: setup-checks library ## objects for Abaqus in build/abaqus, link-tested against a stand-in

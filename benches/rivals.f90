@@ -4,23 +4,15 @@
 !
 !   coulomb_fric    plain Coulomb friction with an elastic slip (standard penalty), as a host's FRIC
 !   paper_eq13      the paper's Eq. (13) as it is printed: one direction, fixed origin, no memory of reversals
-!   elements_1, _2  the law as 16 parallel slip elements with radial return, in 1 and 2 directions
+!   elements_1, _2  the law as n parallel slip elements with radial return, in 1 and 2 directions, proportional rule
 !
 ! Reductions are allowed to be vectorised (-fopenmp-simd); no other licence is taken with rounding.
 module rivals
-  use, intrinsic :: iso_c_binding, only: dp => c_double
+  use, intrinsic :: iso_c_binding, only: dp => c_double, int => c_int
   implicit none
   private
 
-  integer, parameter :: elements = 16
-
-  ! What the slip elements need to know; made once by elements_setup.
-  type, bind(c) :: element_law
-    real(dp) :: mu, gcr
-    real(dp), dimension(elements) :: limit, limit2, stiffness, limit_stiffness, stiffness_per_limit2
-  end type
-
-  ! What a point of slip elements remembers: the last ndir arrays are its deflections.
+  ! What a point of slip elements remembers: the last ndir arrays are its deflections, over gcr.
   integer, parameter :: pressure_at = 1, stored_at = 2, dissipated_at = 3, header = 3
 
 contains
@@ -65,26 +57,23 @@ contains
     state1(3) = reversed
   end subroutine
 
-  ! Elements of equal error: the ends of their cells share out the integral of sqrt(-f''), the stiffness of a
-  ! cell acts at its centre.
-  subroutine elements_setup(mu, gcr, chi, law) bind(c)
-    real(dp), intent(in), value :: mu, gcr, chi
-    type(element_law), intent(out) :: law
+  ! Slip limits (over gcr) and stiffnesses of n elements. Cells of slip limits in equal parts (grid 0), or so that each end is
+  ! the same multiple of the one before, from 1e-3 (grid 1); the stiffness of a cell acts at its centre.
+  subroutine elements_setup(n, grid, chi, limit, stiffness) bind(c)
+    integer(int), intent(in), value :: n, grid
+    real(dp), intent(in), value :: chi
+    real(dp), intent(out) :: limit(n), stiffness(n)
     real(dp) :: a, b
     integer :: k
 
-    law%mu = mu
-    law%gcr = gcr
     b = 0
-    do k = 1, elements
+    do k = 1, n
       a = b
-      b = 1 - (1 - real(k, dp) / elements)**(2 / chi)
-      law%stiffness(k) = slope(a) - slope(b)
-      law%limit(k) = (moment(b) - moment(a)) / law%stiffness(k)
+      b = real(k, dp) / n
+      if (grid == 1) b = 1e-3_dp**(real(n - k, dp) / (n - 1))
+      stiffness(k) = slope(a) - slope(b)
+      limit(k) = (moment(b) - moment(a)) / stiffness(k)
     end do
-    law%limit2 = law%limit**2
-    law%limit_stiffness = law%limit * law%stiffness
-    law%stiffness_per_limit2 = law%stiffness / law%limit2
   contains
     real(dp) function slope(r)
       real(dp), intent(in) :: r
@@ -96,103 +85,59 @@ contains
     end function
   end subroutine
 
-  ! What the elements keep of their deflections when the pressure changes, and the energy that goes with the rest.
-  ! New stiffness arrives unloaded; a virgin or open point has nothing to lose.
-  pure subroutine change_pressure(pressure, before, stored, scale, lost)
-    real(dp), intent(in) :: pressure, before, stored
-    real(dp), intent(out) :: scale, lost
-
-    scale = 1
-    lost = 0
-    if (before <= 0) return
-    if (pressure > before) then
-      scale = before / pressure
-      lost = stored * (1 - scale)
-    else
-      lost = stored * (1 - pressure / before)
-    end if
-  end subroutine
-
-  ! Slip elements in one direction. state: 3 + 16 numbers. energy: stored, dissipated in the increment.
-  subroutine elements_1(law, slip_increment, pressure, state0, state1, traction, dtraction_dslip, &
-                        dtraction_dpressure, energy) bind(c)
-    type(element_law), intent(in) :: law
-    real(dp), intent(in), value :: pressure
-    real(dp), intent(in) :: slip_increment, state0(header + elements)
-    real(dp), intent(out) :: state1(header + elements), traction, dtraction_dslip, dtraction_dpressure, energy(2)
-    real(dp) :: d, scale, lost, trial, e, excess, t, tangent, stored, dissipated, shrinkage, limit
+  ! Slip elements in one direction. state: 3 + n numbers. energy: stored, dissipated in the increment.
+  subroutine elements_1(n, mu, gcr, limit, stiffness, slip_increment, pressure, state0, state1, traction, &
+                        dtraction_dslip, dtraction_dpressure, energy) bind(c)
+    integer(int), intent(in), value :: n
+    real(dp), intent(in), value :: mu, gcr, pressure
+    real(dp), intent(in) :: limit(n), stiffness(n), slip_increment, state0(header + n)
+    real(dp), intent(out) :: state1(header + n), traction, dtraction_dslip, dtraction_dpressure, energy(2)
+    real(dp) :: d, lost, trial, e, excess, t, tangent, stored, dissipated
     integer :: k
 
-    if (pressure <= 0) then
-      traction = 0
-      dtraction_dslip = 0
-      dtraction_dpressure = 0
-      energy = [0.0_dp, state0(stored_at)]
-      state1 = 0
-      state1(dissipated_at) = state0(dissipated_at) + energy(2)
-      return
-    end if
-    call change_pressure(pressure, state0(pressure_at), state0(stored_at), scale, lost)
-    d = slip_increment / law%gcr
+    lost = 0
+    if (state0(pressure_at) > 0) lost = state0(stored_at) * (1 - pressure / state0(pressure_at))
+    d = slip_increment / gcr
     t = 0
     tangent = 0
     stored = 0
     dissipated = 0
     !$omp simd private(trial, e, excess) reduction(+:t, tangent, stored, dissipated)
-    do k = 1, elements
-      trial = state0(header + k) * scale + d
-      e = max(-law%limit(k), min(law%limit(k), trial))
+    do k = 1, n
+      trial = state0(header + k) + d
+      e = max(-limit(k), min(limit(k), trial))
       excess = abs(trial - e)
       state1(header + k) = e
-      t = t + law%stiffness(k) * e
-      stored = stored + law%stiffness(k) * e * e
-      dissipated = dissipated + law%limit_stiffness(k) * excess
-      tangent = tangent + merge(law%stiffness(k), 0.0_dp, excess == 0)
+      t = t + stiffness(k) * e
+      stored = stored + stiffness(k) * e * e
+      dissipated = dissipated + limit(k) * stiffness(k) * excess
+      tangent = tangent + merge(stiffness(k), 0.0_dp, excess == 0)
     end do
-    shrinkage = 0
-    if (scale < 1) then
-      !$omp simd private(trial) reduction(+:shrinkage)
-      do k = 1, elements
-        trial = state0(header + k) * scale
-        shrinkage = shrinkage + merge(law%stiffness(k) * trial, 0.0_dp, abs(trial + d) <= law%limit(k))
-      end do
-    end if
-    limit = law%mu * pressure
-    traction = limit * t
-    dtraction_dslip = limit / law%gcr * tangent
-    dtraction_dpressure = law%mu * (t - shrinkage)
-    energy(1) = limit * law%gcr * stored / 2
-    energy(2) = limit * law%gcr * dissipated + lost
+    traction = mu * pressure * t
+    dtraction_dslip = mu * pressure / gcr * tangent
+    dtraction_dpressure = mu * t
+    energy(1) = mu * pressure * gcr * stored / 2
+    energy(2) = mu * pressure * gcr * dissipated + lost
     state1(pressure_at) = pressure
     state1(stored_at) = energy(1)
     state1(dissipated_at) = state0(dissipated_at) + energy(2)
   end subroutine
 
-  ! Slip elements in two directions. state: 3 + 2 x 16 numbers. dtraction_dslip by columns (it is symmetric).
-  subroutine elements_2(law, slip_increment, pressure, state0, state1, traction, dtraction_dslip, &
-                        dtraction_dpressure, energy) bind(c)
-    type(element_law), intent(in) :: law
-    real(dp), intent(in), value :: pressure
-    real(dp), intent(in) :: slip_increment(2), state0(header + 2 * elements)
-    real(dp), intent(out) :: state1(header + 2 * elements), traction(2), dtraction_dslip(2, 2), &
-      dtraction_dpressure(2), energy(2)
-    integer, parameter :: one = header, two = header + elements
-    real(dp) :: d1, d2, scale, lost, x, y, length2, length, return, turning, stiffness
-    real(dp) :: t1, t2, k11, k12, k22, stored, dissipated, shrinkage1, shrinkage2, limit
+  ! Slip elements in two directions. state: 3 + 2 n numbers. dtraction_dslip by columns (it is symmetric).
+  subroutine elements_2(n, mu, gcr, limit, stiffness, slip_increment, pressure, state0, state1, traction, &
+                        dtraction_dslip, dtraction_dpressure, energy) bind(c)
+    integer(int), intent(in), value :: n
+    real(dp), intent(in), value :: mu, gcr, pressure
+    real(dp), intent(in) :: limit(n), stiffness(n), slip_increment(2), state0(header + 2 * n)
+    real(dp), intent(out) :: state1(header + 2 * n), traction(2), dtraction_dslip(2, 2), dtraction_dpressure(2), energy(2)
+    real(dp) :: d1, d2, lost, x, y, length2, length, return, turning, s
+    real(dp) :: t1, t2, k11, k12, k22, stored, dissipated
     integer :: k
 
-    if (pressure <= 0) then
-      traction = 0
-      dtraction_dslip = 0
-      dtraction_dpressure = 0
-      energy = [0.0_dp, state0(stored_at)]
-      state1 = 0
-      state1(dissipated_at) = state0(dissipated_at) + energy(2)
-      return
-    end if
-    call change_pressure(pressure, state0(pressure_at), state0(stored_at), scale, lost)
-    d1 = slip_increment(1) / law%gcr
-    d2 = slip_increment(2) / law%gcr
+    lost = 0
+    if (state0(pressure_at) > 0) lost = state0(stored_at) * (1 - pressure / state0(pressure_at))
+    d1 = slip_increment(1) / gcr
+    d2 = slip_increment(2) / gcr
     t1 = 0
     t2 = 0
     k11 = 0
@@ -200,70 +145,40 @@ contains
     k22 = 0
     stored = 0
     dissipated = 0
-    !$omp simd private(x, y, length2, length, return, turning, stiffness) &
+    !$omp simd private(x, y, length2, length, return, turning, s) &
     !$omp reduction(+:t1, t2, k11, k12, k22, stored, dissipated)
-    do k = 1, elements
-      x = state0(one + k) * scale + d1
-      y = state0(two + k) * scale + d2
+    do k = 1, n
+      x = state0(header + k) + d1
+      y = state0(header + n + k) + d2
       length2 = x * x + y * y
-      length = sqrt(max(length2, law%limit2(k)))
-      return = law%limit(k) / length
+      length = sqrt(max(length2, limit(k)**2))
+      return = limit(k) / length
       x = x * return
       y = y * return
-      state1(one + k) = x
-      state1(two + k) = y
-      t1 = t1 + law%stiffness(k) * x
-      t2 = t2 + law%stiffness(k) * y
-      stored = stored + law%stiffness(k) * (x * x + y * y)
-      dissipated = dissipated + law%limit_stiffness(k) * (length - law%limit(k))
+      state1(header + k) = x
+      state1(header + n + k) = y
+      t1 = t1 + stiffness(k) * x
+      t2 = t2 + stiffness(k) * y
+      stored = stored + stiffness(k) * (x * x + y * y)
+      dissipated = dissipated + limit(k) * stiffness(k) * (length - limit(k))
       ! An element that slips turns on its limit: stiffness r / |trial| (I - n n^T).
-      stiffness = law%stiffness(k) * return
-      turning = merge(law%stiffness_per_limit2(k), 0.0_dp, length2 > law%limit2(k)) * return
-      k11 = k11 + stiffness - turning * x * x
+      s = stiffness(k) * return
+      turning = merge(s / limit(k)**2, 0.0_dp, length2 > limit(k)**2)
+      k11 = k11 + s - turning * x * x
       k12 = k12 - turning * x * y
-      k22 = k22 + stiffness - turning * y * y
+      k22 = k22 + s - turning * y * y
     end do
-    shrinkage1 = 0
-    shrinkage2 = 0
-    if (scale < 1) call shrink(law, scale, [d1, d2], state0, shrinkage1, shrinkage2)
-    limit = law%mu * pressure
-    traction(1) = limit * t1
-    traction(2) = limit * t2
-    dtraction_dslip(1, 1) = limit / law%gcr * k11
-    dtraction_dslip(2, 1) = limit / law%gcr * k12
-    dtraction_dslip(1, 2) = limit / law%gcr * k12
-    dtraction_dslip(2, 2) = limit / law%gcr * k22
-    dtraction_dpressure(1) = law%mu * (t1 - shrinkage1)
-    dtraction_dpressure(2) = law%mu * (t2 - shrinkage2)
-    energy(1) = limit * law%gcr * stored / 2
-    energy(2) = limit * law%gcr * dissipated + lost
+    traction = mu * pressure * [t1, t2]
+    dtraction_dslip(1, 1) = mu * pressure / gcr * k11
+    dtraction_dslip(2, 1) = mu * pressure / gcr * k12
+    dtraction_dslip(1, 2) = mu * pressure / gcr * k12
+    dtraction_dslip(2, 2) = mu * pressure / gcr * k22
+    dtraction_dpressure = mu * [t1, t2]
+    energy(1) = mu * pressure * gcr * stored / 2
+    energy(2) = mu * pressure * gcr * dissipated + lost
     state1(pressure_at) = pressure
     state1(stored_at) = energy(1)
     state1(dissipated_at) = state0(dissipated_at) + energy(2)
-  end subroutine
-
-  ! What the traction loses because the old deflections shrink under a rising pressure.
-  subroutine shrink(law, scale, d, state0, shrinkage1, shrinkage2)
-    type(element_law), intent(in) :: law
-    real(dp), intent(in) :: scale, d(2), state0(header + 2 * elements)
-    real(dp), intent(out) :: shrinkage1, shrinkage2
-    real(dp) :: e1, e2, x, y, length2, along, return
-    integer :: k
-
-    shrinkage1 = 0
-    shrinkage2 = 0
-    !$omp simd private(e1, e2, x, y, length2, along, return) reduction(+:shrinkage1, shrinkage2)
-    do k = 1, elements
-      e1 = state0(header + k) * scale
-      e2 = state0(header + elements + k) * scale
-      x = e1 + d(1)
-      y = e2 + d(2)
-      length2 = x * x + y * y
-      along = merge((x * e1 + y * e2) / length2, 0.0_dp, length2 > law%limit2(k))
-      return = law%limit(k) / sqrt(max(length2, law%limit2(k)))
-      shrinkage1 = shrinkage1 + law%stiffness(k) * return * (e1 - along * x)
-      shrinkage2 = shrinkage2 + law%stiffness(k) * return * (e2 - along * y)
-    end do
   end subroutine
 
 end module

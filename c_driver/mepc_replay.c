@@ -54,9 +54,9 @@ typedef struct {
     double *increment, *pressure, *state, *traction, *energy, *contact;
 } point;
 
-/* Friction form, one call for each step. The steps are known to be final, so the new state may overwrite the old one; no
- * factor on mu and no tangent is needed (NULL). A solver that iterates keeps the old state until the step is accepted:
- * see patch.c. */
+/* Friction form, one call for each step. The steps are known to be final, so the new state may overwrite the old one;
+ * no factor on mu and no tangent is needed (NULL). A solver that iterates keeps the old state until the step is
+ * accepted: see patch.c. */
 static void step_by_step(replay *run, point *p) {
     size_t n = run->ndir;
     for (size_t k = 0; k < p->rows; k++) {
@@ -81,7 +81,7 @@ static void at_once(replay *run, point *p) {
     check(run, status, row, "");
 }
 
-/* Interface form: total opening in (normal, positive when apart; then tangential), normal and tangential traction out. */
+/* Interface form: total opening in (normal, positive when apart; then tangential), traction out in the same order. */
 static void by_openings(replay *run, point *p) {
     size_t components = 1 + run->ndir;
     for (size_t k = 0; k < p->rows; k++) {

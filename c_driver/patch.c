@@ -24,7 +24,7 @@ typedef struct {
     size_t count, row;
     double *increment, *pressure, *state0, *state1, *traction, *tangent, *energy;
     int32_t *statuses;
-    double way[2], turn, scale; /* what is prescribed: displacement beyond the slip, rotation, factor on the pressures */
+    double way[2], turn, scale; /* prescribed: displacement beyond the slip, rotation, factor on the pressures */
     double force[2], stiffness[2][2], moment, stored, dissipated, limit;
 } trial;
 
@@ -72,14 +72,14 @@ static double residual(const trial *t, const double slip[2], double r[2]) {
     return hypot(r[0], r[1]);
 }
 
-/* Finds the slip increment in equilibrium and leaves it evaluated; returns the number of iterations, -1 if none does. */
+/* Finds the slip increment in equilibrium and leaves it evaluated; returns the number of iterations, -1 if none. */
 static int solve(trial *t, double slip[2]) {
-    double series = t->run->series, r[2];
+    double series = t->run->series, spring = series * hypot(t->way[0], t->way[1]), r[2];
     slip[0] = slip[1] = 0.0;
     evaluate(t, slip);
     double length = residual(t, slip, r);
-    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
-        if (length <= TOLERANCE * (t->limit + series * hypot(t->way[0], t->way[1]))) {
+    for (int iteration = 0; isfinite(spring) && iteration < MAX_ITERATIONS; iteration++) {
+        if (length <= TOLERANCE * (t->limit + spring)) {
             return iteration;
         }
         /* -J^-1 r with J = K I + d force / d slip, by elimination. */

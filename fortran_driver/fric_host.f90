@@ -1,4 +1,4 @@
-!> The FE program's side of the friction routine: what a host keeps for a contact point, and when and how it calls `fric`.
+!> The FE program's side of the friction routine: what a host keeps for a contact point, when and how it calls `fric`.
 !> - STATEV and TAU are committed when a step is accepted: `now` goes in, `next` comes out, and a trial that is not
 !>   accepted is forgotten by not keeping `next`.
 !> - The routine is called for closed points only, and LM goes in as it came out.
@@ -39,8 +39,8 @@ module fric_host
 
 contains
 
-    !> Tries a step of one point: slip increment and pressure at its end; `tangent` is d traction / d slip, `dissipated` the
-    !> energy per area that the step dissipates.
+    !> Tries a step of one point: slip increment and pressure at its end; `tangent` is d traction / d slip, `dissipated`
+    !> the energy per area that the step dissipates.
     subroutine respond(m, s, now, dgam, pressure, next, tangent, dissipated)
         type(model), intent(in) :: m
         type(step), intent(in) :: s
@@ -63,8 +63,8 @@ contains
         end if
         closed = now
         if (now%lm == open) then
-            ! The closing, an increment of its own and without slip: LM = 2 tells the routine that the point was open, and it
-            ! clears its memory. What it reports in SFD was counted when the point opened.
+            ! The closing, an increment of its own and without slip: LM = 2 tells the routine that the point was open, and
+            ! it clears its memory. What it reports in SFD was counted when the point opened.
             call call_fric(m, s, now, zero, zero, pressure, closed, tangent, dissipated)
             closed%lm = merge(sticking, slipping, nint(property(m, method)) == lagrange)
             closed%pressure = 0
@@ -79,10 +79,10 @@ contains
         end if
     end subroutine
 
-    !> Method 2: the routine sticks rigidly and leaves the traction to the host's Lagrange multiplier. Under a prescribed slip
-    !> that is undetermined, so this host puts a stiff spring between the prescribed slip and that of the contact: the
-    !> multiplier is the spring's traction. The contact sticks while the routine answers LM = 1; with LM = 0 it slips by the
-    !> DGAM that leaves the spring with the TAU that the routine returns. The increment is repeated until both agree.
+    !> Method 2: the routine sticks rigidly and leaves the traction to the host's Lagrange multiplier. Under a prescribed
+    !> slip that is undetermined, so this host puts a stiff spring between the prescribed slip and that of the contact: the
+    !> multiplier is the spring's traction. The contact sticks while the routine answers LM = 1; with LM = 0 it slips by
+    !> the DGAM that leaves the spring with the TAU that the routine returns. The increment is repeated until both agree.
     subroutine hold_or_slip(m, s, now, dgam, pressure, next, tangent, dissipated)
         type(model), intent(in) :: m
         type(step), intent(in) :: s

@@ -1,4 +1,4 @@
-!> A worked example of the Abaqus-shaped routine `fric`: a table of numbers in, a table out, in the role of the FE program.
+!> A worked example of the Abaqus-shaped routine `fric`, in the role of the FE program: a table in, a table out.
 program fric_replay
     use, intrinsic :: iso_fortran_env, only: int32, real64
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -28,7 +28,7 @@ program fric_replay
     type :: patch
         real(real64), allocatable :: x(:), y(:), area(:), pressure(:)
         type(contact_point), allocatable :: now(:), next(:)   ! at the last accepted step; on trial
-        real(real64) :: way(2) = 0, turn = 0, scale = 1       ! prescribed: displacement beyond the slip, rotation, pressures
+        real(real64) :: way(2) = 0, turn = 0, scale = 1       ! prescribed: displacement, rotation, factor
         real(real64) :: force(2) = 0, stiffness(2, 2) = 0, moment = 0, stored = 0, dissipated = 0, limit = 0
     end type
 
@@ -221,23 +221,24 @@ contains
         end do
     end subroutine
 
-    !> Equilibrium of the patch with its spring: the displacement u is prescribed beyond the spring, and the slip g that the
-    !> points share follows from r(g) = K (g - u) + sum of A_i tau_i(g) = 0 by Newton's method with the routine's tangent.
-    !> Every trial starts from the last accepted step.
+    !> Equilibrium of the patch with its spring: the displacement u is prescribed beyond the spring, and the slip g that
+    !> the points share follows from r(g) = K (g - u) + sum of A_i tau_i(g) = 0 by Newton's method with the routine's
+    !> tangent. Every trial starts from the last accepted step.
     subroutine solve(p, s, slip, iterations)
         type(patch), intent(inout) :: p
         type(step), intent(in) :: s
         real(real64), intent(out) :: slip(2)
         integer, intent(out) :: iterations
-        real(real64) :: r(2), before(2), direction(2), start(2), part, a, b, c, d
+        real(real64) :: r(2), before(2), direction(2), start(2), spring, part, a, b, c, d
         integer :: halving
 
         slip = 0
         call evaluate(p, s, slip)
-        do iterations = 0, max_iterations
+        spring = series * norm2(p%way)
+        do iterations = 0, merge(max_iterations, -1, ieee_is_finite(spring))
             r = series * (slip - p%way) + p%force
             ! A residual below this part of the forces at hand is rounding of the sums.
-            if (norm2(r) <= 1e-13_real64 * (p%limit + series * norm2(p%way))) return
+            if (norm2(r) <= 1e-13_real64 * (p%limit + spring)) return
             ! -J^-1 r with J = K I + d force / d slip, by elimination.
             a = series + p%stiffness(1, 1)
             b = p%stiffness(1, 2)

@@ -52,8 +52,8 @@ contains
         text = t%file // ":" // whole(t%lines(row)) // ": "
     end function
 
-    !> Reads a decimal number that fills the text; false if it is none, or not finite. A READ alone would also take "1-5",
-    !> "1/", "2*3", "inf" and "1 2".
+    !> Reads a decimal number that fills the text; false if it is none, or not finite. A READ alone would also take
+    !> "1-5", "1/", "2*3", "inf" and "1 2".
     logical function read_number(text, value)
         character(*), intent(in) :: text
         real(real64), intent(out) :: value
@@ -69,7 +69,7 @@ contains
         read_number = status == 0 .and. ieee_is_finite(value)
     end function
 
-    !> Reads comma-separated values under one of the accepted headers; lines that are blank or start with '#' are skipped.
+    !> Reads comma-separated values under one of the accepted headers; blank lines and those with a '#' are skipped.
     function read_table(file, headers) result(t)
         character(*), intent(in) :: file, headers(:)
         type(table) :: t

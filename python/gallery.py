@@ -98,7 +98,7 @@ def draw(folder):
     slip, traction, _ = circle()
     axes.plot(*(slip / GCR).T, label="slip")
     axes.plot(*(traction / LIMIT).T, label="traction")
-    axes.legend(loc="center")
+    axes.legend(loc=(0.36, 0.3))
     save()
 
     axes, save = picture("ripple", "slip (µm)", "traction (MPa)")

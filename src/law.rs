@@ -177,8 +177,14 @@ impl<const N: usize> Law<N> {
         let mut start = Start::new();
         let mut end = End::new();
         self.read(state0, &mut start)?;
-        let response =
-            self.friction_from(&mut start, gcr, slip_increment, pressure, mu_factor, &mut end)?;
+        let response = self.friction_from(
+            &mut start,
+            gcr,
+            slip_increment,
+            pressure,
+            mu_factor,
+            &mut end,
+        )?;
         self.layout.write(&end, state1);
         Ok(response)
     }
@@ -210,7 +216,8 @@ impl<const N: usize> Law<N> {
     /// Reads and checks a state.
     #[inline(always)]
     pub(crate) fn read(&self, state0: &[f64], start: &mut Start<N>) -> Result<(), Error> {
-        self.layout.read(state0, &mut start.header, &mut start.knots)
+        self.layout
+            .read(state0, &mut start.header, &mut start.knots)
     }
 
     /// Refuses an end state of another length.
@@ -279,12 +286,20 @@ impl<const N: usize> Law<N> {
         mu_factor: f64,
         end: &mut End<N>,
     ) -> Result<InterfaceResponse<N>, Error> {
-        let Properties { kn, gap0, normal_exponent: m, .. } = self.properties;
+        let Properties {
+            kn,
+            gap0,
+            normal_exponent: m,
+            ..
+        } = self.properties;
         check_critical_slip(gcr)?;
         check_factor(mu_factor)?;
         if kn <= 0.0 {
             let expected = "must be > 0: the interface form needs a normal stiffness";
-            return Err(Error::about(Kind::BadProperty, "PROPS", expected).index(6).name("kn").number(kn));
+            return Err(Error::about(Kind::BadProperty, "PROPS", expected)
+                .index(6)
+                .name("kn")
+                .number(kn));
         }
         check_within("opening", 0, normal, SQUARED)?;
         let jump = start.header.jump;
@@ -312,11 +327,17 @@ impl<const N: usize> Law<N> {
             });
         }
         // p = kn (-gap)^m.
-        let power = if m == 1.0 { 1.0 } else { (-after).powf(m - 1.0) };
+        let power = if m == 1.0 {
+            1.0
+        } else {
+            (-after).powf(m - 1.0)
+        };
         let (pressure, stiffness) = (kn * power * -after, m * kn * power);
         if !within(pressure, HIGHEST) || !within(stiffness * self.properties.mu.max(1.0), HIGHEST) {
             let expected = "must be such that the pressure and mu times the normal stiffness that follow are no larger than 1e300";
-            return Err(Error::about(Kind::BadInput, "opening", expected).index(0).number(normal));
+            return Err(Error::about(Kind::BadInput, "opening", expected)
+                .index(0)
+                .number(normal));
         }
         let limit = self.limit(pressure, mu_factor, &start.header);
         // The part of the step in which the contact is closed, and how it changes with the opening.
@@ -327,7 +348,11 @@ impl<const N: usize> Law<N> {
         } else if before < 0.0 {
             if start.header.pressure == 0.0 {
                 // Closed from the first: an interference.
-                let first = if m == 1.0 { kn * -before } else { kn * (-before).powf(m) };
+                let first = if m == 1.0 {
+                    kn * -before
+                } else {
+                    kn * (-before).powf(m)
+                };
                 let first = first.min(HIGHEST);
                 let limit = self.limit(first, mu_factor, &start.header).limit;
                 self.close(start, gcr, limit);
@@ -343,8 +368,7 @@ impl<const N: usize> Law<N> {
             };
             self.close(start, gcr, limit);
         }
-        let mut friction =
-            self.advance(start, gcr, &(increment * part), pressure, limit, end)?;
+        let mut friction = self.advance(start, gcr, &(increment * part), pressure, limit, end)?;
         let by_opening = friction.dtraction_dpressure * -stiffness
             + friction.dtraction_dslip * increment * part_slope;
         friction.dtraction_dslip *= part;
@@ -395,7 +419,10 @@ impl<const N: usize> Law<N> {
         start.header.limit = limit;
         let critical = self.fresh_critical(gcr, limit);
         if limit > 0.0 || self.growth.is_none() {
-            start.knots.push(Knot { r: critical, u: [0.0; N] });
+            start.knots.push(Knot {
+                r: critical,
+                u: [0.0; N],
+            });
         }
     }
 
@@ -430,15 +457,23 @@ impl<const N: usize> Law<N> {
             return Err(not_a_result(pressure, slip_increment));
         }
         let length = slip_increment.norm();
-        if !(length * (1.0 / LONGEST) <= to) {
+        if length * (1.0 / LONGEST) > to {
             return Err(too_long(slip_increment, to));
         }
         // A slip whose square is none has no direction.
         let mut increment = Increment {
-            slip: if length > 0.0 { *slip_increment } else { Vector::zeros() },
+            slip: if length > 0.0 {
+                *slip_increment
+            } else {
+                Vector::zeros()
+            },
             before: from,
             critical: to,
-            limit_ratio: if from == to { 1.0 } else { old_strength / strength },
+            limit_ratio: if from == to {
+                1.0
+            } else {
+                old_strength / strength
+            },
             room: self.layout.knots,
             resolution: self.properties.resolution,
             forgotten: start.header.forgotten,
@@ -456,17 +491,39 @@ impl<const N: usize> Law<N> {
             }
         }
         let nothing = same && slip_increment.iter().all(|d| *d == 0.0);
-        let copy = if nothing { Some(start.knots.clone()) } else { None };
+        let copy = if nothing {
+            Some(start.knots.clone())
+        } else {
+            None
+        };
         let mut outcome = Outcome::new();
         match &self.backbone {
             Choice::FiveHalves(curve) => {
-                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+                memory::step(
+                    curve,
+                    &mut start.knots,
+                    &mut increment,
+                    &mut end.knots,
+                    &mut outcome,
+                );
             }
             Choice::PowerLaw(curve) => {
-                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+                memory::step(
+                    curve,
+                    &mut start.knots,
+                    &mut increment,
+                    &mut end.knots,
+                    &mut outcome,
+                );
             }
             Choice::Segalman(curve) => {
-                memory::step(curve, &mut start.knots, &mut increment, &mut end.knots, &mut outcome);
+                memory::step(
+                    curve,
+                    &mut start.knots,
+                    &mut increment,
+                    &mut end.knots,
+                    &mut outcome,
+                );
             }
         }
         let old = &start.header;
@@ -531,7 +588,10 @@ impl<const N: usize> Law<N> {
         let before = knots.last().map_or(0.0, |knot| knot.r);
         let Some(power) = self.growth else {
             if before == 0.0 {
-                knots.push(Knot { r: gcr, u: [0.0; N] });
+                knots.push(Knot {
+                    r: gcr,
+                    u: [0.0; N],
+                });
                 return (gcr, gcr, 0.0);
             }
             if before != gcr {
@@ -546,10 +606,11 @@ impl<const N: usize> Law<N> {
             };
             return (gcr, gcr, lost);
         };
-        let ratio = limit / old.limit.max(f64::MIN_POSITIVE);
+        // Bounded: what follows from a larger one is not used.
+        let ratio = limit / old.limit.max(LIMIT_LEFT * limit).max(f64::MIN_POSITIVE);
         let mut critical = before;
         if limit != old.limit {
-            critical = before * ratio.min(f64::MAX).powf(power);
+            critical = before * ratio.powf(power);
         }
         let (mut from, mut lost) = (before, 0.0);
         if before < CRITICAL_LEFT * critical || old.limit < LIMIT_LEFT * limit || before == 0.0 {
@@ -605,7 +666,12 @@ pub(crate) fn check_directions(ndir: usize) -> Result<(), Error> {
     if ndir == 1 || ndir == 2 {
         return Ok(());
     }
-    Err(Error::about(Kind::BadInput, "ndir", "must be 1 or 2 tangential directions").count(ndir))
+    Err(Error::about(
+        Kind::BadInput,
+        "ndir",
+        "must be 1 or 2 tangential directions",
+    )
+    .count(ndir))
 }
 
 fn scale<const N: usize>(knots: &mut Knots<N>, factor: f64) {
@@ -666,14 +732,19 @@ pub(crate) fn check_within(
 #[cold]
 fn too_large(argument: &'static str, index: usize, value: f64, limit: f64) -> Error {
     let expected = format!("must be finite and no larger than {limit:e}");
-    Error::about(Kind::BadInput, argument, expected).index(index).number(value)
+    Error::about(Kind::BadInput, argument, expected)
+        .index(index)
+        .number(value)
 }
 
 #[cold]
 fn too_long<const N: usize>(slip_increment: &Vector<N>, critical: f64) -> Error {
     let index = slip_increment.iamax();
-    let expected = format!("must be a slip of no more than {LONGEST:e} critical slips ({critical:?})");
-    Error::about(Kind::BadInput, "slip_increment", expected).index(index).number(slip_increment[index])
+    let expected =
+        format!("must be a slip of no more than {LONGEST:e} critical slips ({critical:?})");
+    Error::about(Kind::BadInput, "slip_increment", expected)
+        .index(index)
+        .number(slip_increment[index])
 }
 
 /// The refusal of inputs that are finite while what follows from them is not.

@@ -128,7 +128,11 @@ impl Properties {
         // What must not be negative, and how large it may be.
         for (index, largest, expected) in [
             (0, LARGEST, "must be from 0 to 1e100"),
-            (1, LARGEST, "must be from 0 (fraction x characteristic length) to 1e100"),
+            (
+                1,
+                LARGEST,
+                "must be from 0 (fraction x characteristic length) to 1e100",
+            ),
             (4, HIGHEST, "must be from 0 (proportional rule) to 1e300"),
             (5, LARGEST, "must be from 0 (.005) to 1e100"),
             (6, HIGHEST, "must be from 0 to 1e300"),

@@ -29,8 +29,8 @@ const TOGETHER: f64 = 1e-6;
 const LONGEST: f64 = 1e150;
 const SHORTEST: f64 = 1e-150;
 
-/// Lengths whose squares are numbers without a second thought.
-const ORDINARY: [f64; 2] = [1e-140, 1e140];
+/// From here on squares of lengths are numbers without a second thought.
+const ORDINARY: f64 = 1e-140;
 
 const HEADER_NAMES: [&str; HEADER] = [
     "ContactStatus",
@@ -113,6 +113,10 @@ pub struct End<const N: usize> {
 
 impl<const N: usize> End<N> {
     /// A place for the end of an increment.
+    #[expect(
+        clippy::new_without_default,
+        reason = "a place to write to is no value"
+    )]
     #[inline(always)]
     pub fn new() -> Self {
         End {
@@ -148,7 +152,11 @@ impl Layout {
             return Err(Error::about(Kind::BadState, "nstate", expected).count(nstate));
         }
         let knots = ((nstate - HEADER) / (1 + ndir)).min(MAX_KNOTS);
-        Ok(Layout { nstate, ndir, knots })
+        Ok(Layout {
+            nstate,
+            ndir,
+            knots,
+        })
     }
 
     /// The default length of the array: 16 knots for one direction, 24 for two.
@@ -203,15 +211,33 @@ impl Layout {
             return Err(Error::about(Kind::BadState, "state0", expected).count(state.len()));
         };
         // First one look at all of it; only where that finds something it is told what.
-        if !all_finite(first) || first[11] != LAYOUT {
+        if !all_below(first, 1024) || first[11] != LAYOUT {
             return self.read_carefully(state, knots);
         }
-        let [status, pressure, limit, stored, dissipated, slip_length, opening, jump1, jump2, forgotten, count, _] =
-            *first;
-        let (number, contact) = (usize::from(count as u8), Contact::ALL[usize::from(status as u8 & 3)]);
-        let counts = number as f64 == count && number <= self.knots && (pressure > 0.0 || number == 0);
-        let positive = pressure >= 0.0 && limit >= 0.0 && stored >= 0.0 && slip_length >= 0.0 && forgotten >= 0.0;
-        if !(counts && positive && f64::from(contact as u8) == status) {
+        let [
+            status,
+            pressure,
+            limit,
+            stored,
+            dissipated,
+            slip_length,
+            opening,
+            jump1,
+            jump2,
+            forgotten,
+            count,
+            _,
+        ] = *first;
+        let (number, contact) = (
+            usize::from(count as u8),
+            Contact::ALL[usize::from(status as u8 & 3)],
+        );
+        let counts =
+            number as f64 == count && number <= self.knots && (pressure != 0.0 || number == 0);
+        let signs = [pressure, limit, stored, slip_length, forgotten]
+            .iter()
+            .fold(0, |bits, value| bits | value.to_bits());
+        if !(counts && signs >> 63 == 0 && f64::from(contact as u8) == status) {
             return self.read_carefully(state, knots);
         }
         *header = Header {
@@ -226,7 +252,7 @@ impl Layout {
             forgotten,
         };
         let memory = &memory[..number * (1 + N)];
-        if !all_finite(memory) || !read_knots(memory, knots) {
+        if !all_below(memory, 498) || !read_knots(memory, knots) {
             return self.read_carefully(state, knots);
         }
         Ok(())
@@ -235,7 +261,11 @@ impl Layout {
     /// Number by number: what is wrong with a state, or a state of lengths so large, so small or so near to each other that
     /// their squares say nothing. The header is right, or that of a virgin state.
     #[cold]
-    fn read_carefully<const N: usize>(&self, state: &[f64], knots: &mut Knots<N>) -> Result<(), Error> {
+    fn read_carefully<const N: usize>(
+        &self,
+        state: &[f64],
+        knots: &mut Knots<N>,
+    ) -> Result<(), Error> {
         knots.clear();
         if let Some(index) = state[..HEADER].iter().position(|value| !finite(*value)) {
             return Err(self.bad(state, index, "must be finite"));
@@ -247,7 +277,10 @@ impl Layout {
         if f64::from(status as u8) != status || usize::from(status as u8) >= Contact::ALL.len() {
             return Err(self.bad(state, 0, "must be 0, 1, 2 or 3"));
         }
-        if let Some(index) = [1, 2, 3, 5, 9].into_iter().find(|index| state[*index] < 0.0) {
+        if let Some(index) = [1, 2, 3, 5, 9]
+            .into_iter()
+            .find(|index| state[*index] < 0.0)
+        {
             return Err(self.bad(state, index, "must be >= 0"));
         }
         let number = state[10] as u8;
@@ -258,7 +291,10 @@ impl Layout {
         if state[1] == 0.0 && number > 0 {
             return Err(self.bad(state, 10, "must be 0 in an open contact"));
         }
-        let mut below = Knot { r: 0.0, u: [0.0; N] };
+        let mut below = Knot {
+            r: 0.0,
+            u: [0.0; N],
+        };
         for index in 0..usize::from(number) {
             let first = HEADER + index * (1 + N);
             let slots = &state[first..first + 1 + N];
@@ -273,7 +309,10 @@ impl Layout {
                 let near = |i: usize| (u[i] - below.u[i]).abs() <= TOLERANCE * r;
                 if (0..N).all(near) {
                     knots.pop();
-                    below = knots.last().copied().unwrap_or(Knot { r: 0.0, u: [0.0; N] });
+                    below = knots.last().copied().unwrap_or(Knot {
+                        r: 0.0,
+                        u: [0.0; N],
+                    });
                     apart = r > below.r;
                 }
             }
@@ -352,43 +391,50 @@ impl Layout {
     }
 }
 
-/// Whether all numbers are finite. Bits only: comparing a signalling NaN raises a flag that some hosts trap.
+/// Whether all numbers are below 2^`power` in size; 1024: finite. Bits only: comparing a signalling NaN raises a flag that some
+/// hosts trap.
 #[inline(always)]
-fn all_finite(values: &[f64]) -> bool {
+fn all_below(values: &[f64], power: u64) -> bool {
     const EXPONENT: u64 = 0x7ff << 52;
-    // Adding one to an exponent that is full carries into the sign.
-    let carried = |value: &f64| (value.to_bits() & EXPONENT) + (1 << 52);
+    // An exponent beyond carries into the sign.
+    let carried = |value: &f64| (value.to_bits() & EXPONENT) + ((1025 - power) << 52);
     values.iter().fold(0, |bits, value| bits | carried(value)) >> 63 == 0
 }
 
-/// The knots of a state of finite numbers; false when they break a rule or are too large or too small for their squares.
+/// The knots of a state of numbers below 1e150; false when they break a rule or are too small for their squares.
 #[inline(always)]
 fn read_knots<const N: usize>(memory: &[f64], knots: &mut Knots<N>) -> bool {
-    let mut below = Knot { r: ORDINARY[0], u: [0.0; N] };
+    const LONGER: f64 = 1.0 + TOLERANCE;
+    let mut below = Knot {
+        r: ORDINARY,
+        u: [0.0; N],
+    };
     let mut good = true;
     for slots in memory.chunks_exact(1 + N) {
         let r = slots[0];
         let mut u: [f64; N] = std::array::from_fn(|i| slots[1 + i]);
         good &= r > below.r;
         if N == 1 {
-            good &= (u[0] - below.u[0]).abs() <= (r - below.r) + TOLERANCE * r;
-            good &= u[0].abs() <= r * (1.0 + TOLERANCE);
-            u[0] = if u[0] > r { r } else { u[0] };
-            u[0] = if u[0] < -r { -r } else { u[0] };
+            let apart = (u[0] - below.u[0]).abs() - (r - below.r);
+            good &= (apart <= TOLERANCE * r) & (u[0].abs() <= r * LONGER);
+            u[0] = if u[0].abs() > r {
+                r.copysign(u[0])
+            } else {
+                u[0]
+            };
         } else {
             let (square, limit) = (u[0] * u[0] + u[N - 1] * u[N - 1], r * r);
-            good &= r < ORDINARY[1] && u[0].abs() <= 2.0 * r && u[N - 1].abs() <= 2.0 * r;
-            good &= square <= limit * ((1.0 + TOLERANCE) * (1.0 + TOLERANCE));
+            good &= square <= limit * (LONGER * LONGER);
             // Rounding of the last bits is left alone: a projection there would only move it.
             if square > limit * (1.0 + 1e-13) {
-                let part = (limit / square).sqrt();
+                let part = r / square.sqrt();
                 u.iter_mut().for_each(|x| *x *= part);
             }
         }
         below = Knot { r, u };
         knots.push(below);
     }
-    good && below.r <= ORDINARY[1]
+    good
 }
 
 /// Brings a deflection that is a little too long onto its slip limit; false when it is longer than few digits explain.

@@ -3,8 +3,8 @@
 mod support;
 
 use std::ptr::{null, null_mut};
-use support::state_size;
 use support::native::*;
+use support::state_size;
 
 /// Arrays of a batch of points in the middle of their histories.
 struct Batch {
@@ -400,9 +400,14 @@ impl Histories {
     /// State, then traction, dtraction_dslip, dtraction_dpressure, energy, for virgin points.
     fn outputs(&self) -> [Watched; 5] {
         let (d, rows) = (self.law.ndir, self.points * self.n);
-        let mut outputs =
-            [self.points * self.law.nstate, d * rows, d * d * rows, d * rows, 2 * rows]
-                .map(Watched::new);
+        let mut outputs = [
+            self.points * self.law.nstate,
+            d * rows,
+            d * d * rows,
+            d * rows,
+            2 * rows,
+        ]
+        .map(Watched::new);
         outputs[0].fill(0.0);
         outputs
     }
@@ -547,7 +552,16 @@ fn history_sizes_and_null_rules() {
         // SAFETY: arrays of the documented sizes, or NULL.
         unsafe {
             (native().mepc_friction_history)(
-                law, n, slip, pressure, null(), state, traction, none(), none(), none(),
+                law,
+                n,
+                slip,
+                pressure,
+                null(),
+                state,
+                traction,
+                none(),
+                none(),
+                none(),
             )
         }
     };
@@ -556,8 +570,19 @@ fn history_sizes_and_null_rules() {
         // SAFETY: arrays of the documented sizes, or NULL.
         unsafe {
             (native().mepc_friction_history_batch)(
-                law, points, n, slip, pressure, null(), state, traction, none(), none(), none(),
-                null_mut(), threads,
+                law,
+                points,
+                n,
+                slip,
+                pressure,
+                null(),
+                state,
+                traction,
+                none(),
+                none(),
+                none(),
+                null_mut(),
+                threads,
             )
         }
     };
@@ -573,20 +598,59 @@ fn history_sizes_and_null_rules() {
         ((law, slip, pressure, state, null_mut()), "traction"),
     ] {
         let (law, slip, pressure, state, traction) = arguments;
-        refused(history(law, n, slip, pressure, state, traction), NULL_POINTER, words);
-        refused(batch(law, 3, n, slip, pressure, state, traction, 1), NULL_POINTER, words);
+        refused(
+            history(law, n, slip, pressure, state, traction),
+            NULL_POINTER,
+            words,
+        );
+        refused(
+            batch(law, 3, n, slip, pressure, state, traction, 1),
+            NULL_POINTER,
+            words,
+        );
     }
-    refused(history(law, -1, slip, pressure, state, traction), BAD_INPUT, "n = -1");
-    refused(history(law, i64::MAX, slip, pressure, state, traction), BAD_INPUT, "n = ");
-    refused(batch(law, -2, n, slip, pressure, state, traction, 1), BAD_INPUT, "npoints = -2");
-    refused(batch(law, 3, -2, slip, pressure, state, traction, 1), BAD_INPUT, "n = -2");
-    refused(batch(law, 3, i64::MAX, slip, pressure, state, traction, 1), BAD_INPUT, "n = ");
-    refused(batch(law, 1 << 40, 1 << 30, slip, pressure, state, traction, 1), BAD_INPUT, "npoints");
-    refused(batch(law, 3, n, slip, pressure, state, traction, -1), BAD_INPUT, "threads = -1");
+    refused(
+        history(law, -1, slip, pressure, state, traction),
+        BAD_INPUT,
+        "n = -1",
+    );
+    refused(
+        history(law, i64::MAX, slip, pressure, state, traction),
+        BAD_INPUT,
+        "n = ",
+    );
+    refused(
+        batch(law, -2, n, slip, pressure, state, traction, 1),
+        BAD_INPUT,
+        "npoints = -2",
+    );
+    refused(
+        batch(law, 3, -2, slip, pressure, state, traction, 1),
+        BAD_INPUT,
+        "n = -2",
+    );
+    refused(
+        batch(law, 3, i64::MAX, slip, pressure, state, traction, 1),
+        BAD_INPUT,
+        "n = ",
+    );
+    refused(
+        batch(law, 1 << 40, 1 << 30, slip, pressure, state, traction, 1),
+        BAD_INPUT,
+        "npoints",
+    );
+    refused(
+        batch(law, 3, n, slip, pressure, state, traction, -1),
+        BAD_INPUT,
+        "threads = -1",
+    );
     assert!(outputs[1..].iter().all(Watched::untouched));
     // No increments, or no points: nothing to do, and nothing needed.
     assert_eq!(history(law, 0, null(), null(), null_mut(), null_mut()), 0);
-    assert_eq!(batch(law, 0, n, null(), null(), null_mut(), null_mut(), 0), 0);
+    assert_eq!(
+        batch(law, 0, n, null(), null(), null_mut(), null_mut(), 0),
+        0
+    );
     // Without the optional outputs the required ones are the same.
     let mut plain = Histories::new(2, 3, 4);
     plain.mu_factor.fill(1.0);

@@ -679,7 +679,7 @@ fn wrong_command_lines_and_properties() {
     assert_eq!(said.status.code(), Some(1));
     let said = run("fric_replay", "point", "0.3,0", &[&history]);
     assert_eq!(said.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&said.stderr).contains("CHRLNGTH"));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("characteristic length"));
 }
 
 /// The first lines that the drivers say, without their names.

@@ -19,7 +19,10 @@ fn plain(props: &[f64], directions: usize, room: usize) -> law::Law {
         backbone: if entry(4) > 0.0 {
             Backbone::PENALTY
         } else if entry(10) == 1.0 {
-            Backbone::Segalman { c: entry(3) - 2.0, beta: entry(11) }
+            Backbone::Segalman {
+                c: entry(3) - 2.0,
+                beta: entry(11),
+            }
         } else {
             Backbone::Power { chi: entry(3) }
         },
@@ -39,7 +42,12 @@ fn plain(props: &[f64], directions: usize, room: usize) -> law::Law {
 
 /// What a state holds, for the oracle.
 fn remembered<const N: usize>(state: &[f64]) -> law::Point {
-    let statuses = [Status::Open, Status::Stick, Status::MicroSlip, Status::GrossSlip];
+    let statuses = [
+        Status::Open,
+        Status::Stick,
+        Status::MicroSlip,
+        Status::GrossSlip,
+    ];
     law::Point {
         pressure: state[1],
         limit: state[2],
@@ -50,7 +58,10 @@ fn remembered<const N: usize>(state: &[f64]) -> law::Point {
         knots: state[12..]
             .chunks_exact(1 + N)
             .take(state[10] as usize)
-            .map(|knot| Knot { r: knot[0], u: [knot[1], if N == 2 { knot[2] } else { 0.0 }] })
+            .map(|knot| Knot {
+                r: knot[0],
+                u: [knot[1], if N == 2 { knot[2] } else { 0.0 }],
+            })
             .collect(),
     }
 }
@@ -63,7 +74,11 @@ fn increments<const N: usize>(random: &mut fastrand::Rng, count: usize) -> Vec<I
     let mut pressure = 1.0;
     (0..count)
         .map(|_| {
-            let length = if random.u32(0..10) == 0 { 0.0 } else { decades(random, -3.0, 0.5) };
+            let length = if random.u32(0..10) == 0 {
+                0.0
+            } else {
+                decades(random, -3.0, 0.5)
+            };
             let slip = std::array::from_fn(|_| length * signed(random));
             pressure = match random.u32(0..24) {
                 0 => 0.0,
@@ -98,7 +113,13 @@ struct Worst {
 
 impl Worst {
     /// Both from the same state (`own`: the oracle from its own memory).
-    fn history<const N: usize>(&mut self, props: &[f64], room: usize, increments: &[Increment<N>], own: bool) {
+    fn history<const N: usize>(
+        &mut self,
+        props: &[f64],
+        room: usize,
+        increments: &[Increment<N>],
+        own: bool,
+    ) {
         let mut point = Point::<N>::with_state_size(props, state_size(N, room));
         let law = plain(props, N, room);
         let mut mirror = law::Point::default();
@@ -110,7 +131,14 @@ impl Worst {
             let mut end = point.state.clone();
             let response = point
                 .law
-                .friction(point.gcr, &Vector::from(d), pressure, factor, &point.state, &mut end)
+                .friction(
+                    point.gcr,
+                    &Vector::from(d),
+                    pressure,
+                    factor,
+                    &point.state,
+                    &mut end,
+                )
                 .expect("a valid increment");
             let slip = [d[0], if N == 2 { d[1] } else { 0.0 }];
             let expected = law.step(&mut mirror, slip, pressure, factor);
@@ -118,20 +146,34 @@ impl Worst {
             point.state = end;
             assert_eq!(kernel.pressure, mirror.pressure);
             assert!((kernel.slip_length - mirror.slip_length).abs() <= 1e-14 * mirror.slip_length);
-            assert_eq!(response.contact as i32, expected.status as i32, "{d:?} {pressure} from {before:?}");
+            assert_eq!(
+                response.contact as i32, expected.status as i32,
+                "{d:?} {pressure} from {before:?}"
+            );
             // With chi = 1 there is one element, and knots below it mean nothing.
             // kernel: line.rs drops another knot than the least important when a full memory grows.
             let other_drop = N == 1 && before.knots.len() == room;
             if law.backbone.exponent() > 1.0 && !other_drop {
                 if kernel.knots.len() != mirror.knots.len() {
-                    let off = Vector::from([0, N - 1].map(|i| response.traction[i] - expected.traction[i])).norm();
-                    assert!(off < 1e-4 * before.limit.max(mirror.limit), "{d:?} {pressure} from {before:?}");
+                    let off = Vector::from(
+                        [0, N - 1].map(|i| response.traction[i] - expected.traction[i]),
+                    )
+                    .norm();
+                    assert!(
+                        off < 1e-4 * before.limit.max(mirror.limit),
+                        "{d:?} {pressure} from {before:?}"
+                    );
                     self.other += 1;
                     continue;
                 }
                 for (a, b) in kernel.knots.iter().zip(&mirror.knots) {
-                    let error = (a.r - b.r).abs().max((a.u[0] - b.u[0]).abs()).max((a.u[1] - b.u[1]).abs());
-                    self.knots = self.knots.max(error / mirror.knots.last().map_or(1.0, |knot| knot.r));
+                    let error = (a.r - b.r)
+                        .abs()
+                        .max((a.u[0] - b.u[0]).abs())
+                        .max((a.u[1] - b.u[1]).abs());
+                    self.knots = self
+                        .knots
+                        .max(error / mirror.knots.last().map_or(1.0, |knot| knot.r));
                 }
             }
             self.compare(&law, &before, &mirror, &d, &response, &expected);
@@ -148,22 +190,41 @@ impl Worst {
         response: &Response<N>,
         expected: &law::Response,
     ) {
-        let ends = |point: &law::Point| (point.limit, point.knots.last().map_or(0.0, |knot| knot.r));
+        let ends =
+            |point: &law::Point| (point.limit, point.knots.last().map_or(0.0, |knot| knot.r));
         let ((t0, g0), (t1, g1)) = (ends(before), ends(after));
         let t = t0.max(t1).max(f64::MIN_POSITIVE);
         let length = Vector::from(*d).norm().max(g0).max(g1);
-        let stiffness = if t1 > 0.0 { t1 / g1 * law.backbone.tangent(0.0) } else { 1.0 };
-        let worst = |most: &mut f64, error: f64| *most = if error.is_nan() { error } else { most.max(error) };
-        worst(&mut self.stored, (response.stored - after.stored).abs() / (t * length));
-        worst(&mut self.dissipated, (response.dissipated - expected.dissipated).abs() / (t * length));
+        let stiffness = if t1 > 0.0 {
+            t1 / g1 * law.backbone.tangent(0.0)
+        } else {
+            1.0
+        };
+        let worst = |most: &mut f64, error: f64| {
+            *most = if error.is_nan() {
+                error
+            } else {
+                most.max(error)
+            }
+        };
+        worst(
+            &mut self.stored,
+            (response.stored - after.stored).abs() / (t * length),
+        );
+        worst(
+            &mut self.dissipated,
+            (response.dissipated - expected.dissipated).abs() / (t * length),
+        );
         for i in 0..N {
-            worst(&mut self.traction, (response.traction[i] - expected.traction[i]).abs() / t);
-            worst(&mut self.by_pressure, (response.dtraction_dpressure[i] - expected.by_pressure[i]).abs());
+            worst(
+                &mut self.traction,
+                (response.traction[i] - expected.traction[i]).abs() / t,
+            );
+            worst(
+                &mut self.by_pressure,
+                (response.dtraction_dpressure[i] - expected.by_pressure[i]).abs(),
+            );
             for j in 0..N {
-                // kernel: plane.rs at rest, see at_rest_everything_sticks.
-                if N == 2 && *d == [0.0; N] {
-                    continue;
-                }
                 let error = response.dtraction_dslip[(i, j)] - expected.by_slip[i][j];
                 worst(&mut self.by_slip, error.abs() / stiffness);
             }
@@ -173,7 +234,11 @@ impl Worst {
 
 /// Both rules, both backbones, several exponents, and all that acts through the limit.
 fn laws() -> Vec<Vec<f64>> {
-    let mut laws = vec![segalman(-0.6, 0.2), segalman(0.0, 0.0), with(&consistent(&unit(2.5)), 4, 1.0)];
+    let mut laws = vec![
+        segalman(-0.6, 0.2),
+        segalman(0.0, 0.0),
+        with(&consistent(&unit(2.5)), 4, 1.0),
+    ];
     for chi in [1.0, 1.2, 1.5, 2.0, 2.5, 3.7] {
         laws.extend([unit(chi), consistent(&unit(chi))]);
     }
@@ -198,20 +263,28 @@ fn compared<const N: usize>(rooms: [usize; 2], count: usize) {
             worst.history::<N>(&props, room, &increments(&mut random, count), false);
         }
         println!("{props:?}: {worst:?}");
-        assert!(worst.traction < 1e-12 && worst.stored < 1e-12 && worst.dissipated < 1e-12, "{props:?}: {worst:?}");
-        assert!(worst.by_slip < 1e-9 && worst.by_pressure < 1e-9 && worst.knots < 1e-12, "{props:?}: {worst:?}");
+        assert!(
+            worst.traction < 1e-12 && worst.stored < 1e-12,
+            "{props:?}: {worst:?}"
+        );
+        // Over narrow segments the kernel takes differences of F and L where the oracle integrates.
+        assert!(worst.dissipated < 1e-10, "{props:?}: {worst:?}");
+        assert!(
+            worst.by_slip < 1e-9 && worst.by_pressure < 1e-9 && worst.knots < 1e-12,
+            "{props:?}: {worst:?}"
+        );
         assert!(worst.other * 1000 < worst.updates, "{props:?}: {worst:?}");
     }
 }
 
 #[test]
 fn one_direction_from_the_same_state() {
-    compared::<1>([16, 4], 2000);
+    compared::<1>([16, 4], 800);
 }
 
 #[test]
 fn two_directions_from_the_same_state() {
-    compared::<2>([24, 4], 1500);
+    compared::<2>([24, 4], 400);
 }
 
 /// Each with its own memory: what rounding makes of it stays rounding.
@@ -228,18 +301,24 @@ fn histories_with_memories_of_their_own() {
         }
         println!("{props:?}: {line:?} {plane:?}");
         for worst in [line, plane] {
-            assert!(worst.traction < 1e-11 && worst.stored < 1e-11 && worst.dissipated < 1e-9, "{props:?}: {worst:?}");
+            assert!(
+                worst.traction < 1e-11 && worst.stored < 1e-11 && worst.dissipated < 1e-9,
+                "{props:?}: {worst:?}"
+            );
         }
     }
 }
 
 /// A contact at rest sticks in every direction: d traction / d slip is T f'(0) / G, wherever it has been.
 #[test]
-#[ignore = "kernel: plane.rs gives the secant of the lowest segment"]
 fn at_rest_everything_sticks() {
     for props in [unit(2.5), consistent(&unit(1.5))] {
         let stiffness = props[2];
-        for path in [vec![[3.0, 1.0]], vec![[0.5, 0.0], [-0.2, 0.1]], vec![[0.9, 0.0], [0.0, 0.6]]] {
+        for path in [
+            vec![[3.0, 1.0]],
+            vec![[0.5, 0.0], [-0.2, 0.1]],
+            vec![[0.9, 0.0], [0.0, 0.6]],
+        ] {
             let mut point = Point::<2>::new(&props);
             for d in path {
                 point.step(d, 1.0);

@@ -70,8 +70,6 @@ pub struct Channels {
     pub force: Vec<f64>,
     /// Units of the file.
     pub units: Units,
-    /// Rows without a number in one of the two, which are left out.
-    pub left_out: usize,
     /// FILE:LINE of the header and names of the columns, for messages.
     place: String,
 }
@@ -153,9 +151,7 @@ impl Columns {
             force.name()
         );
         let place = format!("{place}: columns {}, {}", table.name(x), table.name(f));
-        let Rows {
-            columns, left_out, ..
-        } = table.read(&[x, f], Gaps::LeftOut, &remark)?;
+        let Rows { columns, .. } = table.read(&[x, f], Gaps::LeftOut, &remark)?;
         let mut columns = columns.into_iter();
         let mut next = |size: f64| {
             let mut values = columns.next().unwrap_or_default();
@@ -168,7 +164,6 @@ impl Columns {
             displacement: next(length.size()),
             force: next(force.size()),
             units: Units { length, force },
-            left_out,
             place,
         })
     }
@@ -200,6 +195,16 @@ impl Units {
     /// N/mm as a number in force per length.
     pub fn stiffness(self, newtons_per_mm: f64) -> f64 {
         newtons_per_mm * self.length.size() / self.force.size()
+    }
+
+    /// F_s (N), X_s (mm), k_alpha (N/mm) and kappa in these units.
+    pub fn joint(self, [force, displacement, stiffness, kappa]: [f64; 4]) -> [f64; 4] {
+        [
+            self.force(force),
+            self.length(displacement),
+            self.stiffness(stiffness),
+            kappa,
+        ]
     }
 
     /// N.mm as a number in force times length.

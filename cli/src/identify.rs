@@ -1,7 +1,7 @@
 //! `mepc identify`: a measured loop to the four parameters of the improved Iwan model.
 
-use crate::channels::Columns;
-use crate::numbers::{self, short};
+use crate::channels::{Columns, Units};
+use crate::numbers::{self, beside, short, with_error};
 use crate::{Outcome, check_outputs, print, say, write, wrong_use};
 use anyhow::{Context, Result, anyhow};
 use clap::ValueEnum;
@@ -134,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         &[&arguments.file],
     )?;
     let named = |error: mepc::Error| anyhow!("{file}: {}", crate::sentence(&error));
-    let record = read(arguments, &file)?;
+    let (record, units) = read(arguments, &file)?;
     let options = Options {
         lag: arguments.lag,
         stop: arguments.model == Model::Stop,
@@ -193,6 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         paper,
         misses,
         bootstrap: arguments.bootstrap,
+        units,
     };
     if let Some(path) = &arguments.picture {
         write(Some(path), &report.picture()?)?;
@@ -224,8 +225,9 @@ fn told(warning: &Warning) -> String {
 }
 
 /// The record of the file: the rows and the cycle that were asked for.
-fn read(arguments: &Arguments, file: &str) -> Result<Record> {
+fn read(arguments: &Arguments, file: &str) -> Result<(Record, Units)> {
     let mut channels = arguments.columns.read(&arguments.file)?;
+    let units = channels.units;
     if let Some(rows) = &arguments.rows {
         let count = channels.force.len();
         if rows.end > count {
@@ -242,7 +244,7 @@ fn read(arguments: &Arguments, file: &str) -> Result<Record> {
     }
     let record = channels.record()?;
     let Some(cycle) = arguments.cycle else {
-        return Ok(record);
+        return Ok((record, units));
     };
     let cycles = record.cycles();
     let Some(rows) = cycles.get(cycle as usize - 1) else {
@@ -251,9 +253,10 @@ fn read(arguments: &Arguments, file: &str) -> Result<Record> {
             cycles.len()
         ));
     };
-    record
+    let record = record
         .with_rows(rows.clone())
-        .map_err(|error| anyhow!("{file}: --cycle {cycle}: {}", crate::sentence(&error)))
+        .map_err(|error| anyhow!("{file}: --cycle {cycle}: {}", crate::sentence(&error)))?;
+    Ok((record, units))
 }
 
 /// Replaces standard errors and intervals by those of refitted loops: the fit plus residuals drawn in blocks, so that what is
@@ -329,9 +332,9 @@ struct Report<'a> {
     /// Words, when the paper's procedure fits much worse than least squares.
     misses: Option<String>,
     bootstrap: Option<u32>,
+    /// Of the file.
+    units: Units,
 }
-
-const UNITS: [&str; 4] = ["N", "mm", "N/mm", ""];
 
 impl Report<'_> {
     fn joint(&self) -> &Iwan {
@@ -354,15 +357,30 @@ impl Report<'_> {
     fn table(&self) -> String {
         let (record, fit, joint) = (self.record, self.fit, self.joint());
         let a = record.amplitude;
+        // The table is in the units of the file, all else in mm and N.
+        let units = self.units;
+        let (length, force) = (units.length.name(), units.force.name());
+        let names = [
+            force.to_string(),
+            length.to_string(),
+            format!("{force}/{length}"),
+            String::new(),
+        ];
         let mut text = format!(
-            "{}: {} points on {} half cycles, amplitude {} mm about {} mm, mean force {} N\n\n",
+            "{}: {} points on {} half cycles, amplitude {} {length} about {} {length}, mean force {} {force}\n\n",
             self.file,
             record.points(),
             record.half_cycles.len(),
-            short(a),
-            short(record.centre),
-            short(fit.offset),
+            short(units.length(a)),
+            beside(units.length(record.centre), units.length(a)),
+            beside(units.force(fit.offset), units.force(fit.peak)),
         );
+        let (values, errors_of) = (
+            units.joint(joint.parameters()),
+            units.joint(fit.standard_errors),
+        );
+        let low = units.joint(fit.intervals.map(|interval| interval[0]));
+        let high = units.joint(fit.intervals.map(|interval| interval[1]));
         // The lines of the paper's procedure know nothing of how far they are off.
         let has_errors = self.method == Method::LeastSquares;
         let (errors, more) = match self.bootstrap {
@@ -384,7 +402,7 @@ impl Report<'_> {
         );
         for k in 0..4 {
             let interval = if has_errors {
-                let [low, high] = fit.intervals[k].map(short);
+                let [low, high] = [low[k], high[k]].map(|end| with_error(end, errors_of[k]));
                 format!("   {low} .. {high}")
             } else {
                 String::new()
@@ -392,9 +410,9 @@ impl Report<'_> {
             let _ = writeln!(
                 text,
                 "{:12}{:>14}{:>14}{interval}",
-                format!("{} {}", NAMES[k], bracket(UNITS[k])).trim_end(),
-                short(joint.parameters()[k]),
-                format!("{:.2e}", fit.standard_errors[k]),
+                format!("{} {}", NAMES[k], bracket(&names[k])).trim_end(),
+                with_error(values[k], errors_of[k]),
+                format!("{:.1e}", errors_of[k]),
             );
         }
         text += "\n";
@@ -406,24 +424,35 @@ impl Report<'_> {
             let _ = writeln!(text, "{name:38}{value}");
         };
         line("chi of the joint, 5/2 + kappa", short(joint.chi()));
-        line("stick stiffness (N/mm)", short(joint.stick_stiffness()));
-        line("force at the amplitude T_max (N)", short(fit.peak));
+        line(
+            &format!("stick stiffness ({force}/{length})"),
+            short(units.stiffness(joint.stick_stiffness())),
+        );
+        line(
+            &format!("force at the amplitude T_max ({force})"),
+            short(units.force(fit.peak)),
+        );
         if let Some(stop) = &fit.stop {
             for (side, clearance) in ["above", "below"].into_iter().zip(stop.clearances) {
-                let words = clearance.map_or("not reached".to_string(), plus);
-                line(&format!("clearance {side} the middle (mm)"), words);
+                let words = clearance.map_or("not reached".to_string(), |clearance| {
+                    plus(scaled(clearance, units.length(1.0)))
+                });
+                line(&format!("clearance {side} the middle ({length})"), words);
             }
-            line("stop stiffness (N/mm)", plus(stop.stiffness));
+            line(
+                &format!("stop stiffness ({force}/{length})"),
+                plus(scaled(stop.stiffness, units.stiffness(1.0))),
+            );
         }
         if let Some(lag) = self.found.lag {
             line("lag of the displacement (samples)", plus(lag));
         }
         line(
-            "loop area measured / fitted (N.mm)",
+            &format!("loop area measured / fitted ({force}.{length})"),
             format!(
                 "{} / {}",
-                measured(record.loop_area()),
-                short(joint.dissipation(a))
+                measured(units.energy(record.loop_area())),
+                short(units.energy(joint.dissipation(a)))
             ),
         );
         line(
@@ -435,15 +464,15 @@ impl Report<'_> {
             ),
         );
         line(
-            "residual, rms (N)",
+            &format!("residual, rms ({force})"),
             format!(
                 "{} = {:.2} % of T_max",
-                short(fit.rms),
+                beside(units.force(fit.rms), units.force(fit.peak)),
                 100.0 * fit.misfit()
             ),
         );
         if let Some(paper) = &self.paper {
-            let values = paper.joint.parameters().map(short).join(", ");
+            let values = units.joint(paper.joint.parameters()).map(short).join(", ");
             line("by the paper's procedure", values);
         }
         if let Some(misses) = &self.misses {
@@ -453,7 +482,10 @@ impl Report<'_> {
             let _ = writeln!(text, "\nnot reliable: {}", fit.reasons().join(", "));
         }
         if let Some(extended) = &self.found.extended {
-            let parameters = extended.fit.joint.parameters().map(short).join(", ");
+            let parameters = units
+                .joint(extended.fit.joint.parameters())
+                .map(short)
+                .join(", ");
             let what = match &extended.fit.stop {
                 Some(_) if extended.effects.is_empty() => vec!["stops".to_string()],
                 _ => extended
@@ -614,11 +646,19 @@ impl Report<'_> {
     }
 }
 
+/// In another unit, that is so many times smaller.
+fn scaled(estimate: Estimate, factor: f64) -> Estimate {
+    Estimate {
+        value: factor * estimate.value,
+        error: factor * estimate.error,
+    }
+}
+
 /// A value with its standard error, for the table.
 fn plus(estimate: Estimate) -> String {
     format!(
         "{} (std. error {:.1e})",
-        short(estimate.value),
+        with_error(estimate.value, estimate.error),
         estimate.error
     )
 }

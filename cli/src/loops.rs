@@ -8,7 +8,6 @@ use crate::table::csv_line;
 use crate::{Outcome, check_outputs, print, props, write};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::ArgAction;
-use mepc::backbone::Backbone;
 use mepc::iwan::{Direction, Iwan};
 use mepc::{Law, Properties, Vector, default_state_size};
 use mepc_plot::{BLUE, Curve, Figure, ORANGE, Stroke};
@@ -120,6 +119,7 @@ impl Cycle {
 }
 
 /// What makes loops.
+#[expect(clippy::large_enum_variant, reason = "one is made, and never moved")]
 enum Model {
     Joint(Iwan),
     Contact {

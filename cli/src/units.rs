@@ -221,7 +221,7 @@ mod tests {
         assert_eq!(Length::read("Nm"), None);
         assert_eq!(Force::read("mN"), None);
         // A kip of 1000 lbf is 4448.2216 N, a mil 25.4 um.
-        assert!((Force::Kip.size() - 4448.221_615_260_5).abs() < 1e-9);
+        assert!((Force::Kip.size() - 4_448.221_615_260_5).abs() < 1e-9);
         assert!((Length::Mil.size() - 0.0254).abs() < 1e-15);
         for text in ["sec", "(mm)", "[kN]", "\u{b0}C", "N/mm", "-"] {
             assert!(is_unit(text), "{text}");

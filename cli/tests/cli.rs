@@ -548,8 +548,8 @@ fn replay_says_what_is_wrong() {
             &["point", "good.csv", "--nstate", "12"],
             &props,
             1,
-            "--nstate: bad state: nstate = 12: 1 tangential direction(s) with 1 base knot(s) need at least 13 state \
-             variables, 25 by default\n"
+            "--nstate: bad state: nstate = 12: must be from 20 (default 44) to 1000000 state variables for 1 tangential \
+             direction(s)\n"
                 .to_string(),
         ),
         (
@@ -557,14 +557,14 @@ fn replay_says_what_is_wrong() {
             &[],
             1,
             "--props: bad property: PROPS(2) gcr = 0.0 with a characteristic length of 0.0: a host without a \
-             characteristic length needs gcr > 0\n"
+             characteristic length needs gcr > 0 (otherwise gcr is fraction x characteristic length)\n"
                 .to_string(),
         ),
         (
             &["point", "good.csv", "--props", "-1,1"],
             &[],
             1,
-            "--props: bad property: PROPS(1) mu = -1.0: must be finite and >= 0\n".to_string(),
+            "--props: bad property: PROPS(1) mu = -1.0: must be from 0 to 1e100\n".to_string(),
         ),
     ];
     for (arguments, more, code, words) in cases {
@@ -1067,7 +1067,7 @@ fn replay_is_the_c_drivers() {
         (&["point", "opening.csv"], &["--props", "0.3,0.002,2.5,2"]),
         (
             &["point", "rising_pressure.csv"],
-            &["--props", "0.3,0.002", "--nstate", "13"],
+            &["--props", "0.3,0.002", "--nstate", "20"],
         ),
         (
             &["patch", "sphere_patch.csv", "sphere_history.csv"],

@@ -10,7 +10,7 @@ const JOINT: &str = "266.78,0.0041,3280.7,-0.842";
 const KEYS: [&str; 4] = ["F_s", "X_s", "k_alpha", "kappa"];
 /// mm per inch, N per kip.
 const INCH: f64 = 25.4;
-const KIP: f64 = 4448.221_615_260_5;
+const KIP: f64 = 4_448.221_615_260_5;
 
 /// A noisy loop: displacement in mm, force in N.
 fn rows(tool: &Tool) -> Vec<[f64; 2]> {
@@ -431,6 +431,61 @@ fn every_form_gives_the_same_parameters() {
             "{name}"
         );
     }
+}
+
+/// Tables are in the units of the file, with the digits that the standard error leaves.
+#[test]
+fn tables_are_in_the_units_of_the_file() {
+    let tool = Tool::new();
+    let rows = rows(&tool);
+    let kip: Vec<[f64; 2]> = rows.iter().map(|[x, f]| [x / INCH, f / KIP]).collect();
+    tool.write(
+        "kip.csv",
+        &format!("disp_in,load_kip\n{}", table(&kip, false, ",", "\n")),
+    );
+    let run = tool.run(&["identify", "kip.csv"]);
+    for (name, truth, digits) in [
+        ("F_s (kip)", 266.78 / KIP, 5),
+        ("X_s (in)", 0.0041 / INCH, 5),
+    ] {
+        let line = run
+            .output
+            .lines()
+            .find(|line| line.starts_with(name))
+            .expect(&run.output);
+        let value = line[name.len()..]
+            .split_whitespace()
+            .next()
+            .expect("a value");
+        let number: f64 = value.parse().expect("a number");
+        assert!((number / truth - 1.0).abs() < 0.02, "{line}");
+        let shown = value
+            .trim_start_matches(['0', '.'])
+            .split('e')
+            .next()
+            .expect("digits");
+        assert!(
+            shown.chars().filter(char::is_ascii_digit).count() <= digits,
+            "{line}"
+        );
+    }
+    assert!(
+        run.output.contains("(kip/in)") && run.output.contains("(kip.in)"),
+        "{}",
+        run.output
+    );
+    // What is rounding beside the amplitude is zero.
+    tool.ok(&[
+        "loop",
+        "--iwan",
+        JOINT,
+        "--amplitude",
+        "0.02",
+        "--output",
+        "clean.csv",
+    ]);
+    let output = tool.ok(&["identify", "clean.csv"]);
+    assert!(output.contains("about 0 mm, mean force 0 N"), "{output}");
 }
 
 /// Samples that are not there are counted; lines that are no rows are told.

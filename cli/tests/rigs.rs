@@ -283,7 +283,7 @@ fn preload_and_area_have_units() {
         &["--preload", "700", "--area", "361.52"],
     ));
     let plain = json(&plain);
-    let kip = (700.0 / 4448.221_615_260_5).to_string();
+    let kip = (700.0 / 4_448.221_615_260_5).to_string();
     let inches = (361.52 / 645.16).to_string();
     for options in [
         [
@@ -321,7 +321,7 @@ fn preload_and_area_have_units() {
     for line in text.lines().skip(1) {
         let (x, force) = line.split_once(',').expect("two columns");
         let [x, force]: [f64; 2] = [x, force].map(|field| field.parse().expect(field));
-        let _ = writeln!(other, "{:e},{:e}", x / 25.4, force / 4448.221_615_260_5);
+        let _ = writeln!(other, "{:e},{:e}", x / 25.4, force / 4_448.221_615_260_5);
     }
     tool.write("inches.csv", &other);
     let inch_files = vec!["inches.csv".to_string()];

@@ -266,3 +266,46 @@ fn the_examples_of_the_help_work() {
             .any(|text| text == "least squares")
     );
 }
+
+/// The keys of the JSON are those that docs/files.md lists, all of them and no others.
+#[test]
+fn json_keys_are_those_of_the_docs() {
+    let tool = Tool::new();
+    write_loop(&tool, "l.csv", &["--noise", "0.01"]);
+    let docs = std::fs::read_to_string(root().join("docs/files.md")).expect("docs/files.md");
+    for (command, more) in [
+        ("identify", &[][..]),
+        ("calibrate", &["--preload", "900", "--area", "361.52"]),
+    ] {
+        let (_, section) = docs
+            .split_once(&format!("\n`{command}`:\n"))
+            .expect(command);
+        // The first column of the table, up to the empty line below it.
+        let (table, _) = section
+            .trim_start()
+            .split_once("\n\n")
+            .expect("the end of the table");
+        let rows = table
+            .lines()
+            .skip(2)
+            .filter_map(|row| row.split('|').nth(1));
+        let mut listed: Vec<&str> = rows
+            .flat_map(|cell| cell.split('`').skip(1).step_by(2))
+            .collect();
+        let run = tool.run(&[&[command, "l.csv", "--json"], more].concat());
+        let json: serde_json::Value = serde_json::from_str(&run.output).expect("JSON");
+        let mut found: Vec<&str> = json
+            .as_object()
+            .expect("an object")
+            .keys()
+            .map(String::as_str)
+            .collect();
+        listed.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(found, listed, "{command}");
+        assert_eq!(
+            json["units"],
+            serde_json::json!({ "length": "mm", "force": "N" })
+        );
+    }
+}

@@ -13,7 +13,11 @@ pub struct Jenkins {
 impl Jenkins {
     /// An element without load.
     pub fn new(stiffness: f64) -> Self {
-        Jenkins { stiffness, traction: [0.0; 2], limit: None }
+        Jenkins {
+            stiffness,
+            traction: [0.0; 2],
+            limit: None,
+        }
     }
 
     /// Slides by d while the limit goes straight to `limit` (at the first step it is there at once), in so many parts. One
@@ -25,7 +29,11 @@ impl Jenkins {
             let now = from + (limit - from) * share;
             let trial = [0, 1].map(|i| self.traction[i] + self.stiffness * d[i] / f64::from(parts));
             let size = trial[0].hypot(trial[1]);
-            self.traction = if size > now { trial.map(|t| t * now / size) } else { trial };
+            self.traction = if size > now {
+                trial.map(|t| t * now / size)
+            } else {
+                trial
+            };
         }
     }
 }

@@ -105,17 +105,27 @@ impl Law {
         } else {
             self.gcr
         };
-        *point = Point { pressure, limit: limit.traction, ..point.clone() };
+        *point = Point {
+            pressure,
+            limit: limit.traction,
+            ..point.clone()
+        };
         point.slip_length += norm(d);
         if consistent && limit.traction == 0.0 {
             point.status = Status::GrossSlip;
-            return Response { status: point.status, ..open };
+            return Response {
+                status: point.status,
+                ..open
+            };
         }
         let mut start = old.knots.clone();
         let (mut limit_before, mut lost) = (old.limit, 0.0);
         if old.pressure == 0.0 {
             // A fresh start: G at the new pressure first, then the slip.
-            start = vec![Knot { r: fresh, u: [0.0; 2] }];
+            start = vec![Knot {
+                r: fresh,
+                u: [0.0; 2],
+            }];
             limit_before = limit.traction;
         }
         let before = start.last().map_or(0.0, |knot| knot.r);
@@ -129,7 +139,11 @@ impl Law {
             // Deflections stay, tractions scale with T (Eq. 17 of the paper): energy may be created.
             lost = old.stored * (1.0 - limit.traction / limit_before);
         }
-        let ratio = if consistent { limit_before / limit.traction } else { 1.0 };
+        let ratio = if consistent {
+            limit_before / limit.traction
+        } else {
+            1.0
+        };
         let moved = self.advance(start, d, before, critical, ratio, old.forgotten);
         let t = limit.traction;
         if old.pressure > 0.0 && d == [0.0; 2] && t == old.limit {
@@ -146,7 +160,9 @@ impl Law {
             by_slip: moved.change.map(|row| [t * row[0], t * row[1]]),
             by_pressure: if consistent {
                 // dG/dT = G / (chi T)
-                moved.change.map(|row| limit.slope * critical / chi * row[2])
+                moved
+                    .change
+                    .map(|row| limit.slope * critical / chi * row[2])
             } else {
                 moved.traction.map(|x| limit.slope * x)
             },
@@ -165,8 +181,14 @@ impl Law {
         limit_ratio: f64,
         floor: f64,
     ) -> Moved {
-        let curve = Curve { backbone: self.backbone, critical };
-        let old_curve = Curve { critical: before, ..curve };
+        let curve = Curve {
+            backbone: self.backbone,
+            critical,
+        };
+        let old_curve = Curve {
+            critical: before,
+            ..curve
+        };
         let growth = critical - before;
         let mut forgotten: f64 = 0.0;
         // 0. A new branch with no room for it: the least important knot goes first, so that one step and many agree.
@@ -185,22 +207,48 @@ impl Law {
         let mut trial: Vec<Trial> = Vec::new();
         let mut dead = 0.0;
         if growth > 0.0 {
-            trial.push(Trial { r: 0.0, v: [0.0; 2], was: true });
-            trial.push(Trial { r: growth, v: d, was: true });
+            trial.push(Trial {
+                r: 0.0,
+                v: [0.0; 2],
+                was: true,
+            });
+            trial.push(Trial {
+                r: growth,
+                v: d,
+                was: true,
+            });
         } else if growth == 0.0 {
-            trial.push(Trial { r: 0.0, v: d, was: true });
+            trial.push(Trial {
+                r: 0.0,
+                v: d,
+                was: true,
+            });
         } else {
             let depth = -growth;
-            let died = start[..start.len() - 1].iter().filter(|knot| knot.r <= depth).count();
+            let died = start[..start.len() - 1]
+                .iter()
+                .filter(|knot| knot.r <= depth)
+                .count();
             let (below, above) = (if died > 0 { start[died - 1] } else { APEX }, start[died]);
             let part = (depth - below.r) / (above.r - below.r);
-            let cut = Knot { r: depth, u: mix(below.u, above.u, part) };
+            let cut = Knot {
+                r: depth,
+                u: mix(below.u, above.u, part),
+            };
             let apex_was = on_cone(&above, self.near) && (died == 0 || on_cone(&below, self.near));
-            trial.push(Trial { r: 0.0, v: add(cut.u, d), was: apex_was });
+            trial.push(Trial {
+                r: 0.0,
+                v: add(cut.u, d),
+                was: apex_was,
+            });
             let gone: Vec<Knot> = start.drain(..died).chain([cut]).collect();
             dead = limit_ratio * died_with(&old_curve, &gone, d);
         }
-        trial.extend(start.iter().map(|knot| Trial { r: knot.r + growth, v: add(knot.u, d), was: on_cone(knot, self.near) }));
+        trial.extend(start.iter().map(|knot| Trial {
+            r: knot.r + growth,
+            v: add(knot.u, d),
+            was: on_cone(knot, self.near),
+        }));
         let last = trial.len() - 1;
         trial[last].r = critical;
 
@@ -295,7 +343,11 @@ impl Law {
             let h = b.r - a.r;
             let (fa, fb) = (curve.f(a.r), curve.f(b.r));
             let mean = (curve.slope(a.r) + curve.slope(b.r)) / 2.0;
-            secants.push(if h > 1e-8 * critical { (fb - fa) / h } else { mean });
+            secants.push(if h > 1e-8 * critical {
+                (fb - fa) / h
+            } else {
+                mean
+            });
             if h <= 0.0 {
                 slopes.push([0.0; 2]);
                 continue;
@@ -305,9 +357,21 @@ impl Law {
             moved.traction = add(moved.traction, scale(m, fb - fa));
             moved.stored += dot(m, sub(scale(b.u, fb), scale(a.u, fa)))
                 - dot(m, m) * (curve.integral(b.r) - curve.integral(a.r));
-            moved.dissipated += (a.excess - b.excess) / h * (curve.lost(b.r) - curve.lost(a.r));
+            // L' = f - R f'
+            let lost = if curve.is_short(h) {
+                integrate(h, |x, _| {
+                    curve.f(a.r + x) - (a.r + x) * curve.slope(a.r + x)
+                }) / h
+            } else {
+                (curve.lost(b.r) - curve.lost(a.r)) / h
+            };
+            moved.dissipated += (a.excess - b.excess) * lost;
         }
-        squares.extend(nodes.iter().map(|node| (node.r, [node.excess, 0.0], [node.share, 0.0])));
+        squares.extend(
+            nodes
+                .iter()
+                .map(|node| (node.r, [node.excess, 0.0], [node.share, 0.0])),
+        );
         moved.dissipated += dead - growth / 2.0 * curve.squares(&squares);
         if gross {
             moved.dissipated += nodes.last().expect("the end").excess;
@@ -317,7 +381,7 @@ impl Law {
         for (k, node) in nodes.iter().enumerate() {
             let (below, above) = (secants[k], secants[k + 1]);
             let slope = curve.slope(node.r);
-            for i in 0..2 {
+            for i in [0, 1] {
                 let mut moving = slopes[k + 1][i] * (slope - above);
                 if k > 0 {
                     moving += slopes[k][i] * (below - slope);
@@ -365,7 +429,13 @@ impl Law {
             nodes.remove(least);
         }
         moved.forgotten = forgotten;
-        moved.knots = nodes[1..].iter().map(|node| Knot { r: node.r, u: node.u }).collect();
+        moved.knots = nodes[1..]
+            .iter()
+            .map(|node| Knot {
+                r: node.r,
+                u: node.u,
+            })
+            .collect();
         moved
     }
 }
@@ -382,7 +452,10 @@ struct Moved {
     status: Status,
 }
 
-const APEX: Knot = Knot { r: 0.0, u: [0.0; 2] };
+const APEX: Knot = Knot {
+    r: 0.0,
+    u: [0.0; 2],
+};
 
 /// A knot before it is known what slips.
 #[derive(Debug, Clone, Copy)]
@@ -448,7 +521,11 @@ impl Path {
     /// Direction of the slip.
     fn along(&self) -> Plane {
         let length = norm(self.d);
-        if length > 0.0 { scale(self.d, 1.0 / length) } else { [1.0, 0.0] }
+        if length > 0.0 {
+            scale(self.d, 1.0 / length)
+        } else {
+            [1.0, 0.0]
+        }
     }
 
     /// The exact path of an element that slips: on the cone u = R n, u' = d - (n.d - growth) n. With psi the angle from d
@@ -458,7 +535,10 @@ impl Path {
         let (length, e) = (norm(d), self.along());
         let ep = perpendicular(e);
         let before = r - growth;
-        let mut end = Node { kind: Kind::Slip, ..node };
+        let mut end = Node {
+            kind: Kind::Slip,
+            ..node
+        };
         if before <= 0.0 {
             // Born in this increment.
             let turn = if length > 0.0 { r / length } else { 0.0 };
@@ -489,7 +569,11 @@ impl Path {
             let b = dot(u0, d) - before * growth;
             let c = (dot(u0, u0) - before * before).min(0.0);
             let q = (b * b - speed * c).max(0.0).sqrt();
-            s = if b < 0.0 { (q - b) / speed } else { -c / (b + q) };
+            s = if b < 0.0 {
+                (q - b) / speed
+            } else {
+                -c / (b + q)
+            };
         }
         s = if s >= 0.0 { s.min(1.0) } else { 0.0 };
         let limit = before + s * growth;
@@ -517,7 +601,11 @@ impl Path {
             let m = (1.0 - c) / grown;
             ((p + m) / 2.0, (p + m) / 2.0 - 1.0, (p - m) / 2.0)
         };
-        let g = if length > 0.0 { n_less_1 / length } else { al * c };
+        let g = if length > 0.0 {
+            n_less_1 / length
+        } else {
+            al * c
+        };
         end.n = add(scale(e, k / n), scale(ep, w / n));
         end.u = scale(end.n, r);
         // R d(phi), phi the direction of u; the start of the slip has no share in it.
@@ -537,15 +625,24 @@ impl Path {
         }
         let across_n = perpendicular(end.n);
         for j in 0..3 {
-            let mut turn = by_start[0] * node.du0[0][j] + by_start[1] * node.du0[1][j] + by_depth * node.dx[j];
-            turn += if j < 2 { across * ep[j] + ahead * e[j] } else { by_growth };
+            let mut turn =
+                by_start[0] * node.du0[0][j] + by_start[1] * node.du0[1][j] + by_depth * node.dx[j];
+            turn += if j < 2 {
+                across * ep[j] + ahead * e[j]
+            } else {
+                by_growth
+            };
             let longer = f64::from(u8::from(j == 2)) - node.dx[j];
-            for i in 0..2 {
+            for i in [0, 1] {
                 end.du[i][j] = end.n[i] * longer + across_n[i] * turn;
             }
         }
         // The slip e, and the share th that makes R e - growth/2 e th its work.
-        let log = if n_less_1.abs() < 0.1 { n_less_1.ln_1p() } else { n.ln() + (a - 300.0).max(0.0) };
+        let log = if n_less_1.abs() < 0.1 {
+            n_less_1.ln_1p()
+        } else {
+            n.ln() + (a - 300.0).max(0.0)
+        };
         let turned = k / n - c;
         if growth == 0.0 {
             (end.excess, end.share) = (r * log, 0.0);
@@ -557,7 +654,8 @@ impl Path {
             }
             end.excess = excess.max(0.0);
             end.share = if excess > 0.0 {
-                let late = 2.0 * m * m * length * turned / ((12.0 + kap * length * m / limit) * excess);
+                let late =
+                    2.0 * m * m * length * turned / ((12.0 + kap * length * m / limit) * excess);
                 // 2 int (1 - s) lam / int lam over a slip that lasts m.
                 (m - late).clamp(0.0, 2.0 * m)
             } else {
@@ -579,7 +677,11 @@ enum Crossing {
 /// |v|^2 - R^2 along a segment from a to b: A s^2 + 2 B s + C.
 fn quadratic(a: &Trial, b: &Trial) -> (f64, f64, f64) {
     let (h, dv) = (b.r - a.r, sub(b.v, a.v));
-    (dot(dv, dv) - h * h, dot(a.v, dv) - a.r * h, dot(a.v, a.v) - a.r * a.r)
+    (
+        dot(dv, dv) - h * h,
+        dot(a.v, dv) - a.r * h,
+        dot(a.v, a.v) - a.r * a.r,
+    )
 }
 
 /// Where a segment of the trial curve crosses the cone.
@@ -610,12 +712,36 @@ fn front(a: &Trial, b: &Trial, crossing: Crossing, d: Plane) -> Node {
     let mut du = du0;
     du[0][0] += 1.0;
     du[1][1] += 1.0;
-    Node { kind: Kind::Front, r, v, was: false, u: scale(n, r), n, excess: 0.0, share: 0.0, dx, du0, du }
+    Node {
+        kind: Kind::Front,
+        r,
+        v,
+        was: false,
+        u: scale(n, r),
+        n,
+        excess: 0.0,
+        share: 0.0,
+        dx,
+        du0,
+        du,
+    }
 }
 
 /// Puts middles between two nodes until what the chord hides is no more than `finest`: P = h/4 |n_b - n_a| kink.
-fn halve(curve: &Curve, path: &Path, finest: f64, a: &Node, b: &Node, depth: u32, nodes: &mut Vec<Node>) {
-    if depth == 0 || a.kind == Kind::Stick || b.kind == Kind::Stick || (a.kind == Kind::Front && b.kind == Kind::Front) {
+fn halve(
+    curve: &Curve,
+    path: &Path,
+    finest: f64,
+    a: &Node,
+    b: &Node,
+    depth: u32,
+    nodes: &mut Vec<Node>,
+) {
+    if depth == 0
+        || a.kind == Kind::Stick
+        || b.kind == Kind::Stick
+        || (a.kind == Kind::Front && b.kind == Kind::Front)
+    {
         return;
     }
     let h = b.r - a.r;
@@ -624,7 +750,11 @@ fn halve(curve: &Curve, path: &Path, finest: f64, a: &Node, b: &Node, depth: u32
         return;
     }
     let mean = |x: Change, y: Change| [0, 1, 2].map(|j| (x[j] + y[j]) / 2.0);
-    let middle = Trial { r: a.r + h / 2.0, v: mix(a.v, b.v, 0.5), was: a.was && b.was };
+    let middle = Trial {
+        r: a.r + h / 2.0,
+        v: mix(a.v, b.v, 0.5),
+        was: a.was && b.was,
+    };
     let square = dot(middle.v, middle.v);
     // The chord of two knots on the cone dips inside; the elements did not.
     let lifted = middle.was && a.kind == Kind::Slip && b.kind == Kind::Slip && square > 0.0;
@@ -665,6 +795,11 @@ impl Curve {
         self.backbone.work(self.part(r)) * self.critical
     }
 
+    /// Whether differences of F and L over this length are rounding.
+    fn is_short(&self, h: f64) -> bool {
+        h <= 1e-3 * self.critical
+    }
+
     /// L by its definition: good for differences of order G.
     fn lost(&self, r: f64) -> f64 {
         2.0 * self.integral(r) - r * self.f(r)
@@ -685,10 +820,17 @@ impl Curve {
             if h <= 0.0 {
                 continue;
             }
-            let (da, db) = (scale(sub(a1, a0), 1.0 / h), scale(sub(b1, b0), 1.0 / h));
+            // int (a.b)' f' dR = S [a.b] + 2 a'.b' [h (f_0 + f_1)/2 - (F_1 - F_0)], the bracket int (R - R_mean) f' dR
             let (f0, f1) = (self.f(r0), self.f(r1));
-            sum += dot(da, sub(scale(b1, f1), scale(b0, f0))) + dot(db, sub(scale(a1, f1), scale(a0, f0)))
-                - 2.0 * dot(da, db) * (self.integral(r1) - self.integral(r0));
+            let (secant, bent) = if self.is_short(h) {
+                let bent = integrate(h, |x, y| (x - y) / 2.0 * self.slope(r0 + x));
+                (integrate(h, |x, _| self.slope(r0 + x)) / h, bent / (h * h))
+            } else {
+                let mean = (self.integral(r1) - self.integral(r0)) / h;
+                ((f1 - f0) / h, ((f0 + f1) / 2.0 - mean) / h)
+            };
+            sum +=
+                secant * (dot(a1, b1) - dot(a0, b0)) + 2.0 * bent * dot(sub(a1, a0), sub(b1, b0));
         }
         sum
     }
@@ -696,7 +838,10 @@ impl Curve {
     /// |off| |kink|: what the traction changes by when the knot b goes, over T.
     fn importance(&self, a: Knot, b: Knot, c: Knot) -> f64 {
         let (low, high) = (b.r - a.r, c.r - b.r);
-        let slopes = sub(scale(sub(b.u, a.u), 1.0 / low), scale(sub(c.u, b.u), 1.0 / high));
+        let slopes = sub(
+            scale(sub(b.u, a.u), 1.0 / low),
+            scale(sub(c.u, b.u), 1.0 / high),
+        );
         norm(slopes) * low * high / (low + high) * self.kink(a.r, b.r, c.r)
     }
 
@@ -713,18 +858,29 @@ impl Curve {
         if b.kind == Kind::Front {
             let doubled = at_low && a.kind == Kind::Front;
             let covered = at_high && (last || c.kind == Kind::Front);
-            return if b.r <= 1e-15 * self.critical || doubled || covered { -1.0 } else { f64::INFINITY };
+            return if b.r <= 1e-15 * self.critical || doubled || covered {
+                -1.0
+            } else {
+                f64::INFINITY
+            };
         }
         if at_low || at_high {
             return -1.0;
         }
-        let [ka, kb, kc] = [a, b, c].map(|node| Knot { r: node.r, u: node.u });
+        let [ka, kb, kc] = [a, b, c].map(|node| Knot {
+            r: node.r,
+            u: node.u,
+        });
         let jump = self.importance(ka, kb, kc);
         let mut hidden = 0.0;
         if b.kind == Kind::Slip && a.kind != Kind::Stick && c.kind != Kind::Stick {
             hidden = (low + high) / 4.0 * norm(sub(c.n, a.n)) * self.kink(a.r, b.r, c.r);
         }
-        if jump < 1e-14 && hidden <= finest / 2.0 { -1.0 } else { jump.max(hidden) }
+        if jump < 1e-14 && hidden <= finest / 2.0 {
+            -1.0
+        } else {
+            jump.max(hidden)
+        }
     }
 }
 
@@ -735,7 +891,16 @@ fn died_with(curve: &Curve, gone: &[Knot], d: Plane) -> f64 {
     let shared = |v: Plane| {
         let long = norm(v);
         let c = if long > 0.0 { dot(v, d) / long } else { 0.0 } + depth;
-        scale(v, if c > long { 1.0 / c } else if long > 0.0 { 1.0 / long } else { 0.0 })
+        scale(
+            v,
+            if c > long {
+                1.0 / c
+            } else if long > 0.0 {
+                1.0 / long
+            } else {
+                0.0
+            },
+        )
     };
     let mut points = vec![(0.0, [0.0; 2], [0.0; 2])];
     let mut from = (0.0, [0.0; 2]);

@@ -25,7 +25,12 @@ pub struct LimitTraction {
 impl Limit {
     /// Coulomb's limit mu p.
     pub fn coulomb(mu: f64) -> Limit {
-        Limit { mu, cohesion: 0.0, cap: f64::INFINITY, run_in: None }
+        Limit {
+            mu,
+            cohesion: 0.0,
+            cap: f64::INFINITY,
+            run_in: None,
+        }
     }
 
     /// The limit at a pressure, the caller's factor on mu, and a slip length.
@@ -48,7 +53,12 @@ mod tests {
 
     #[test]
     fn cohesion_cap_and_run_in() {
-        let limit = Limit { mu: 0.4, cohesion: 1.0, cap: 6.0, run_in: Some((0.2, 5.0)) };
+        let limit = Limit {
+            mu: 0.4,
+            cohesion: 1.0,
+            cap: 6.0,
+            run_in: Some((0.2, 5.0)),
+        };
         let at = limit.at(10.0, 1.0, 0.0);
         assert!((at.traction - 5.0).abs() < 1e-15 && at.slope == 0.4);
         let late = limit.at(10.0, 1.0, 500.0);

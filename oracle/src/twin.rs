@@ -48,7 +48,11 @@ impl Twin {
         let mut elements = Vec::new();
         let mut add = |limit: f64, stiffness: f64| {
             if stiffness > 0.0 {
-                elements.push(Element { place: limit * gcr, stiffness, deflection: [0.0; 2] });
+                elements.push(Element {
+                    place: limit * gcr,
+                    stiffness,
+                    deflection: [0.0; 2],
+                });
             }
         };
         // The stiffness between the limits a and b is f'(a) - f'(b); one element at its centre carries it, so that all
@@ -60,7 +64,14 @@ impl Twin {
             add(((moment(b) - moment(a)) / stiffness).clamp(a, b), stiffness);
         }
         add(1.0, backbone.tangent(1.0));
-        Twin { kind: Kind::FixedLimits, gcr, elements, limit: 0.0, critical: 0.0, dissipated: 0.0 }
+        Twin {
+            kind: Kind::FixedLimits,
+            gcr,
+            elements,
+            limit: 0.0,
+            critical: 0.0,
+            dissipated: 0.0,
+        }
     }
 
     /// A virgin point of `n` elements of fixed depths, for limit tractions up to `largest`; gcr is the critical slip at the
@@ -71,11 +82,18 @@ impl Twin {
         let scale = reference / gcr.powf(chi);
         let mut elements = Vec::new();
         if chi == 1.0 {
-            elements.push(Element { place: 0.0, stiffness: scale, deflection: [0.0; 2] });
+            elements.push(Element {
+                place: 0.0,
+                stiffness: scale,
+                deflection: [0.0; 2],
+            });
         } else {
             for k in 0..n {
                 // Depths a < b; the cells are those of the backbone, seen from its end.
-                let (a, b) = (1.0 - cell(backbone, n - k, n), 1.0 - cell(backbone, n - k - 1, n));
+                let (a, b) = (
+                    1.0 - cell(backbone, n - k, n),
+                    1.0 - cell(backbone, n - k - 1, n),
+                );
                 let stiffness = chi * (b.powf(chi - 1.0) - a.powf(chi - 1.0));
                 let moment = (chi - 1.0) * (b.powf(chi) - a.powf(chi));
                 elements.push(Element {
@@ -86,7 +104,14 @@ impl Twin {
             }
         }
         let kind = Kind::FixedDepths(reference, chi);
-        Twin { kind, gcr, elements, limit: 0.0, critical: 0.0, dissipated: 0.0 }
+        Twin {
+            kind,
+            gcr,
+            elements,
+            limit: 0.0,
+            critical: 0.0,
+            dissipated: 0.0,
+        }
     }
 
     /// Slides by `increment` (zero second component for one direction) while the limit traction goes to `limit`, in so
@@ -94,7 +119,9 @@ impl Twin {
     pub fn step(&mut self, increment: [f64; 2], limit: f64, parts: u32) {
         if limit <= 0.0 {
             self.dissipated += self.stored();
-            self.elements.iter_mut().for_each(|element| element.deflection = [0.0; 2]);
+            self.elements
+                .iter_mut()
+                .for_each(|element| element.deflection = [0.0; 2]);
             (self.limit, self.critical) = (0.0, 0.0);
             return;
         }
@@ -115,7 +142,11 @@ impl Twin {
         let d = increment.map(|x| x / f64::from(parts));
         for part in 1..=parts {
             let before = self.critical;
-            self.critical = if part == parts { critical } else { from + growth * f64::from(part) / f64::from(parts) };
+            self.critical = if part == parts {
+                critical
+            } else {
+                from + growth * f64::from(part) / f64::from(parts)
+            };
             self.slide(d, before);
         }
         self.limit = limit;
@@ -129,10 +160,17 @@ impl Twin {
             let u = element.deflection;
             let (limit_before, limit) = match kind {
                 Kind::FixedLimits => (element.place, element.place),
-                Kind::FixedDepths(..) => ((before - element.place).max(0.0), (critical - element.place).max(0.0)),
+                Kind::FixedDepths(..) => (
+                    (before - element.place).max(0.0),
+                    (critical - element.place).max(0.0),
+                ),
             };
             // Born in this sub-step, it has only moved since.
-            let lives = if limit_before == 0.0 && limit > 0.0 { limit / (critical - before) } else { 1.0 };
+            let lives = if limit_before == 0.0 && limit > 0.0 {
+                limit / (critical - before)
+            } else {
+                1.0
+            };
             let mut end = [u[0] + lives * d[0], u[1] + lives * d[1]];
             let length = end[0].hypot(end[1]);
             if length > limit {
@@ -164,7 +202,8 @@ impl Twin {
 
     /// Elastic energy per area.
     pub fn stored(&self) -> f64 {
-        let energy = |e: &Element| e.stiffness * (e.deflection[0].powi(2) + e.deflection[1].powi(2)) / 2.0;
+        let energy =
+            |e: &Element| e.stiffness * (e.deflection[0].powi(2) + e.deflection[1].powi(2)) / 2.0;
         self.strength() * self.elements.iter().map(energy).sum::<f64>()
     }
 
@@ -194,7 +233,10 @@ mod tests {
         Backbone::Power { chi: 1.5 },
         Backbone::Power { chi: 2.5 },
         Backbone::Power { chi: 4.0 },
-        Backbone::Segalman { c: -0.842, beta: 0.5 },
+        Backbone::Segalman {
+            c: -0.842,
+            beta: 0.5,
+        },
         Backbone::Segalman { c: 0.0, beta: 2.0 },
     ];
 
@@ -223,7 +265,10 @@ mod tests {
             let mut twin = unit(backbone, 400);
             twin.step([3.0, 4.0], 1.0, 1);
             let [x, y] = twin.traction();
-            assert!((x - 0.6).abs() < 1e-13 && (y - 0.8).abs() < 1e-13, "{backbone:?}");
+            assert!(
+                (x - 0.6).abs() < 1e-13 && (y - 0.8).abs() < 1e-13,
+                "{backbone:?}"
+            );
         }
         let mut twin = Twin::fixed_depths(2.5, 0.3, 1.0, 7.0, 400);
         twin.step([3.0, 4.0], 7.0, 1);
@@ -237,7 +282,10 @@ mod tests {
             let (coarse, fine) = (difference(coarse, backbone), difference(fine, backbone));
             assert!(fine < 2e-7, "{backbone:?}: {fine:e}");
             // Second order: sixteen times the elements, 1/256 of the error. chi = 1 is one exact element.
-            assert!(fine < coarse / 60.0 || coarse < 1e-13, "{backbone:?}: {coarse:e} {fine:e}");
+            assert!(
+                fine < coarse / 60.0 || coarse < 1e-13,
+                "{backbone:?}: {coarse:e} {fine:e}"
+            );
         }
         // At a constant limit both kinds are one.
         for chi in [1.5, 2.5, 4.0] {
@@ -264,7 +312,11 @@ mod tests {
     /// Item 13: steady turns of a circle against the integral over the elements.
     #[test]
     fn circle() {
-        for (backbone, radius) in [(BACKBONES[2], 0.5), (BACKBONES[2], 2.0), (BACKBONES[4], 1.3)] {
+        for (backbone, radius) in [
+            (BACKBONES[2], 0.5),
+            (BACKBONES[2], 2.0),
+            (BACKBONES[4], 1.3),
+        ] {
             let mut twin = unit(backbone, 500);
             let mut at = [radius, 0.0];
             twin.step(at, 1.0, 1);
@@ -281,7 +333,10 @@ mod tests {
             }
             // A polygon of 400 sides dissipates a little less than its circle.
             let exact = closed::circle_dissipation(backbone, radius);
-            assert!((turn / exact - 1.0).abs() < 3e-3, "{backbone:?}: {turn} {exact}");
+            assert!(
+                (turn / exact - 1.0).abs() < 3e-3,
+                "{backbone:?}: {turn} {exact}"
+            );
         }
     }
 
@@ -295,15 +350,40 @@ mod tests {
         ];
         for (chi, printed) in held {
             let mut twin = Twin::fixed_depths(chi, 1.0, 1.0, 2.0, 8000);
-            for ((d, limit), printed) in [(0.5, 1.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.4), (0.0, 1.0)].into_iter().zip(printed) {
+            for ((d, limit), printed) in
+                [(0.5, 1.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.4), (0.0, 1.0)]
+                    .into_iter()
+                    .zip(printed)
+            {
                 twin.step([d, 0.0], limit, 64);
-                assert!((twin.traction()[0] - printed).abs() < 2e-6, "{chi} {limit}: {}", twin.traction()[0]);
+                assert!(
+                    (twin.traction()[0] - printed).abs() < 2e-6,
+                    "{chi} {limit}: {}",
+                    twin.traction()[0]
+                );
             }
         }
-        let legs = [(0.20, 0.10), (0.15, -0.05), (0.10, 0.05), (-0.12, 0.03), (-0.10, -0.04), (-0.08, 0.06)];
+        let legs = [
+            (0.20, 0.10),
+            (0.15, -0.05),
+            (0.10, 0.05),
+            (-0.12, 0.03),
+            (-0.10, -0.04),
+            (-0.08, 0.06),
+        ];
         for (chi, printed) in [
-            (1.5, [0.29987476, 0.49026781, 0.62964298, 0.44199514, 0.29312901, 0.16818636]),
-            (2.5, [0.50062523, 0.71976291, 0.92842832, 0.58845332, 0.34479843, 0.11848031]),
+            (
+                1.5,
+                [
+                    0.29987476, 0.49026781, 0.62964298, 0.44199514, 0.29312901, 0.16818636,
+                ],
+            ),
+            (
+                2.5,
+                [
+                    0.50062523, 0.71976291, 0.92842832, 0.58845332, 0.34479843, 0.11848031,
+                ],
+            ),
         ] {
             let mut twin = Twin::fixed_depths(chi, 1.0, 1.0, 2.0, 8000);
             twin.step([0.0; 2], 1.0, 1);
@@ -311,7 +391,11 @@ mod tests {
             for ((d, growth), printed) in legs.into_iter().zip(printed) {
                 g += growth;
                 twin.step([d, 0.0], g.powf(chi), 64);
-                assert!((twin.traction()[0] - printed).abs() < 1e-5, "{chi}: {} {printed}", twin.traction()[0]);
+                assert!(
+                    (twin.traction()[0] - printed).abs() < 1e-5,
+                    "{chi}: {} {printed}",
+                    twin.traction()[0]
+                );
             }
         }
     }
@@ -321,7 +405,12 @@ mod tests {
     fn one_element_is_the_jenkins_element() {
         let mut twin = Twin::fixed_depths(1.0, 0.002, 3.0, 3.0, 1);
         let mut spring = Jenkins::new(3.0 / 0.002);
-        for (d, limit) in [([1e-3, 0.0], 3.0), ([1e-3, 2e-3], 2.0), ([-3e-3, 1e-3], 4.0), ([0.0, -1e-3], 1.0)] {
+        for (d, limit) in [
+            ([1e-3, 0.0], 3.0),
+            ([1e-3, 2e-3], 2.0),
+            ([-3e-3, 1e-3], 4.0),
+            ([0.0, -1e-3], 1.0),
+        ] {
             twin.step(d, limit, 50);
             spring.step(d, limit, 50);
             for i in 0..2 {

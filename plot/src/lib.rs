@@ -125,7 +125,7 @@ impl Figure {
     /// A point beyond 1e300, and what the drawing library refuses.
     pub fn svg(&self) -> Result<String> {
         let mut numbers = self.curves.iter().flat_map(|c| c.points.iter().flatten());
-        if let Some(number) = numbers.find(|number| !(number.abs() <= LARGEST)) {
+        if let Some(number) = numbers.find(|number| number.is_nan() || number.abs() > LARGEST) {
             return Err(anyhow!(
                 "picture {}: {number:e} cannot be drawn, only numbers up to {LARGEST:e}",
                 self.title

@@ -50,13 +50,13 @@ pub fn dense(curves: &[Curve], place: impl Fn(&[f64; 2]) -> [i32; 2]) -> Vec<See
             .map(|&k| line(&curves[k].points, &place))
             .collect();
         let count: usize = lines.iter().map(Vec::len).sum();
-        let few = match count {
-            ..=MANY => Some(lines.clone()),
-            ..=TOO_MANY => {
-                let few: Vec<Vec<[i32; 2]>> = lines.iter().map(|line| fewer(line)).collect();
-                (few.iter().map(Vec::len).sum::<usize>() <= MANY).then_some(few)
-            }
-            _ => None,
+        let few = if count <= MANY {
+            Some(lines.clone())
+        } else if count <= TOO_MANY {
+            let few: Vec<Vec<[i32; 2]>> = lines.iter().map(|line| fewer(line)).collect();
+            (few.iter().map(Vec::len).sum::<usize>() <= MANY).then_some(few)
+        } else {
+            None
         };
         match few {
             Some(few) => {

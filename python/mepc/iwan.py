@@ -112,8 +112,8 @@ def identify(displacement: ArrayLike, force: ArrayLike, method: str = "least_squ
         displacement.size, address(displacement), address(force), _METHODS[method], address(params), address(errors),
         address(misfit)))
     if status == _NOT_DESCRIBED:
-        words = LIBRARY.mepc_status_message(status).decode()
-        warnings.warn(f"{words} (misfit {100 * misfit[0]:.2g} % of the largest force)", MepcWarning, stacklevel=2)
+        # Why, this one time without an error.
+        warnings.warn(LIBRARY.mepc_last_error().decode(), MepcWarning, stacklevel=2)
     return Identification(Iwan(*params.tolist()), errors, float(misfit[0]), status != _NOT_DESCRIBED)
 
 

@@ -185,7 +185,12 @@ impl Backbone for FiveHalves {
 
     #[inline(always)]
     fn end(&self) -> Values {
-        Values { f: 1.0, slope: 0.0, integral: 5.0 / 7.0, loss: 3.0 / 7.0 }
+        Values {
+            f: 1.0,
+            slope: 0.0,
+            integral: 5.0 / 7.0,
+            loss: 3.0 / 7.0,
+        }
     }
 
     #[inline(always)]
@@ -282,7 +287,12 @@ mod tests {
             let law = PowerLaw::new(chi);
             let r = SERIES_BELOW / chi;
             let (below, above) = (law.at(r * (1.0 - 1e-15)), law.at(r * (1.0 + 1e-15)));
-            assert_relative_eq!(below.integral, above.integral, epsilon = 0.0, max_relative = 1e-11);
+            assert_relative_eq!(
+                below.integral,
+                above.integral,
+                epsilon = 0.0,
+                max_relative = 1e-11
+            );
             // L is about chi - 1 times smaller than F: compare on the scale of r f.
             assert_relative_eq!(below.loss, above.loss, epsilon = 1e-13 * r);
         }

@@ -246,7 +246,8 @@ pub(super) fn finite(name: &'static str, value: f64) -> Result<f64, Error> {
 /// Refuses a number that is not above zero, or that is so large or small that what follows from it is none.
 #[inline(always)]
 pub(super) fn positive(kind: Kind, name: &'static str, value: f64) -> Result<f64, Error> {
-    if within(value, LARGEST) && value >= 1.0 / LARGEST {
+    // By bits, as numbers above zero are in the order of theirs: a NaN must not be compared.
+    if ((1.0 / LARGEST).to_bits()..=LARGEST.to_bits()).contains(&value.to_bits()) {
         return Ok(value);
     }
     Err(Error::about(kind, name, "must be > 0, from 1e-100 to 1e100").number(value))

@@ -1,6 +1,6 @@
 //! The laws that a thread has used: hosts pass PROPS in every call, which are checked once.
 
-use super::arguments::{finite, null};
+use super::arguments::null;
 use crate::error::{Error, Kind};
 use crate::law::Law;
 use crate::properties::COMMON;
@@ -84,9 +84,10 @@ pub(super) fn field(
 
 #[cold]
 fn some_field(number: f64, fields: usize) -> Result<usize, Error> {
-    let known = finite("PROPS", number).is_ok() && number > 0.0 && number <= fields as f64;
-    if known && number.fract() == 0.0 {
-        return Ok(number as usize - 1);
+    if let Some(index) =
+        (0..fields).find(|index| number.to_bits() == (1.0 + *index as f64).to_bits())
+    {
+        return Ok(index);
     }
     let expected = format!(
         "must be 0 (none) or the number of a predefined field that multiplies mu, here at most {fields}"

@@ -442,12 +442,14 @@ impl Friction {
         let state = unsafe { on(self.state1, index, nstate) };
         let mut worst = 0;
         for increment in 0..increments {
+            // SAFETY: row `increment` of history `index`, inside the arrays.
             let row = unsafe { self.skip(index * increments + increment, N, 0) };
             let row = Friction {
                 state0: state,
                 state1: state,
                 ..row
             };
+            // SAFETY: as above; the state is this history's own.
             let status = unsafe { row.run(law, gcr) };
             let status = status.map_err(|error| one_state(error).at("increment", increment))?;
             worst = worst.max(status);

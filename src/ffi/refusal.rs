@@ -192,7 +192,8 @@ pub(super) trait Routine {
 pub(super) unsafe fn cut_back(pnewdt: *mut c_double) {
     // SAFETY: as the caller says.
     if let Some(pnewdt) = unsafe { pnewdt.as_mut() }
-        && !(finite(*pnewdt) && *pnewdt < CUTBACK)
+        // By bits: it may hold anything.
+        && pnewdt.to_bits() > CUTBACK.to_bits()
     {
         *pnewdt = CUTBACK;
     }

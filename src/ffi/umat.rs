@@ -48,7 +48,8 @@ impl Arrangement {
         if let Some(index) = own.iter().position(|value| finite("", *value).is_err()) {
             return bad(index, "must be finite");
         }
-        let [layout, scale, thickness, tangent, order] = own;
+        // Not before: a compiler may compare first, and comparing a NaN raises a flag that hosts trap.
+        let [layout, scale, thickness, tangent, order] = std::hint::black_box(own);
         let scale = if scale == 0.0 { 1.0 } else { scale };
         // Per layout: the lengths of the host's vectors, and the slots of normal, shear 1, shear 2.
         let (sizes, slots, length): (&[usize], _, _) = if layout == 0.0 {

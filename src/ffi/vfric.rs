@@ -21,6 +21,9 @@ use std::slice;
 /// How far the length of a unit vector may be from one.
 const UNIT: f64 = 1e-3;
 
+/// How far the square of the length of one in single precision may be.
+const SINGLE: f64 = 1e-5;
+
 type Global = Vector<3>;
 
 /// One contact point of a block: what the two routines keep in different places.
@@ -86,8 +89,15 @@ impl Block {
     /// # Safety
     /// The pointers are what the host's manual says, or null.
     unsafe fn run(&self, contact: &dyn Fn(usize, usize) -> Result<Contact, Error>) {
+        // SAFETY: as the caller says, here and below.
+        let single = unsafe { self.in_single_precision() };
         // SAFETY: as the caller says.
         let outcome = guard(|| unsafe {
+            if let Some(cosines) = single {
+                let expected =
+                    "must be in double precision, these are in single: run with double=both";
+                return Err(Error::about(Kind::BadInput, "dircosN", expected).numbers(&cosines));
+            }
             match (
                 read("nDir", self.n_dir)?,
                 read("nFricDir", self.n_fric_dir)?,
@@ -106,11 +116,64 @@ impl Block {
             let _ = guard(|| unsafe {
                 self.tell(0, &error);
                 let numbers = count("", self.points.1)? * count("", self.n_fric_dir)?;
-                if !self.f_tangential.is_null() {
-                    slice::from_raw_parts_mut(self.f_tangential, numbers).fill(0.0);
+                if self.f_tangential.is_null() {
+                    return Ok(());
+                }
+                match single {
+                    Some(_) => {
+                        slice::from_raw_parts_mut(self.f_tangential.cast(), numbers).fill(0f32)
+                    }
+                    None => slice::from_raw_parts_mut(self.f_tangential, numbers).fill(0.0),
                 }
                 Ok(())
             });
+        }
+    }
+
+    /// The first normal as a host in single precision means it, None where the host is not one. It is a unit vector there,
+    /// and so is the direction of the slip, to the last digits of that precision; and two such numbers read as one of
+    /// double precision are less than 2^-7, as the second one holds its exponent.
+    ///
+    /// # Safety
+    /// As [`Block::run`].
+    unsafe fn in_single_precision(&self) -> Option<[f64; 3]> {
+        // SAFETY: as the caller says; what is read is half of the vectors in double precision, all of those in single.
+        unsafe {
+            let n = match read("", self.n_dir).ok()? {
+                2 => 2,
+                3 => 3,
+                _ => return None,
+            };
+            let unit = |vector: Real| {
+                if vector.is_null() {
+                    return None;
+                }
+                let cosines = slice::from_raw_parts(vector.cast::<f32>(), n);
+                let mut wide = [0.0; 3];
+                for (wide, narrow) in wide.iter_mut().zip(cosines) {
+                    // Compared by bits: half of a number in double precision may be anything.
+                    if narrow.to_bits() & 0x7fff_ffff > 1.001f32.to_bits() {
+                        return None;
+                    }
+                    *wide = f64::from(*narrow);
+                }
+                let square: f64 = wide.iter().map(|x| x * x).sum();
+                ((square - 1.0).abs() < SINGLE && within(*vector, 0.0079)).then_some(wide)
+            };
+            if read("", self.points.1).ok()? < 1 {
+                return None;
+            }
+            // Without slip it has no direction.
+            let still = |vector: Real| {
+                !vector.is_null()
+                    && slice::from_raw_parts(vector.cast::<u32>(), n)
+                        .iter()
+                        .all(|bits| *bits == 0)
+            };
+            if !still(self.slip_direction) {
+                unit(self.slip_direction)?;
+            }
+            unit(self.normal)
         }
     }
 

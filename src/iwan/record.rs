@@ -4,6 +4,9 @@
 //! memory tells what every branch starts from: a stack of open reversals, of which a pair is closed when the displacement passes
 //! the older one, and under all of them the curve of first loading.
 
+// Rows of a branch are a list of ranges, often of one.
+#![expect(clippy::single_range_in_vec_init)]
+
 use super::Direction;
 use super::least_squares::two_lines;
 use crate::error::{Error, Kind};

@@ -3,7 +3,9 @@
 //! The curve is 1-Lipschitz. So everything below the outermost element that slips, slips too, straight up to one front;
 //! above it stand the reversals that are still open.
 
-use super::{AT_APEX, Increment, NEGLIGIBLE, ON_CONE, Outcome, cut, dissipation_of_dead, forget_least};
+use super::{
+    AT_APEX, Increment, NEGLIGIBLE, ON_CONE, Outcome, cut, dissipation_of_dead, forget_least,
+};
 use crate::backbone::{Backbone, Values};
 use crate::state::{Contact, Knot, Knots};
 
@@ -43,36 +45,30 @@ pub fn step<B: Backbone>(
     }
 
     // 1. Trial: every element moves by d, every limit by the growth.
-    let trial = start;
-    let (mut apex, mut dead) = (d, 0.0);
-    if growth < 0.0 {
-        let died = cut(trial, -growth);
-        let curve = backbone.over(increment.before);
-        dead = increment.limit_ratio * dissipation_of_dead(&curve, trial, died, -growth, &increment.slip);
-        trial.drain(..died.0);
-        apex += died.1[0];
+    let (mut apex, mut dead, mut shift) = (d, 0.0, d);
+    if growth != 0.0 {
+        (apex, dead) = grow(backbone, start, increment, growth);
+        shift = 0.0;
     }
-    for knot in trial.iter_mut() {
-        knot.r += growth;
-        knot.u[0] += d;
-    }
-    if growth > 0.0 {
-        // The old apex: below it, the elements born on the way lie on a straight line.
-        trial.insert(0, Knot { r: growth, u: [d] });
-        apex = 0.0;
-    }
+    let trial = &start[..];
     let last = trial.len() - 1;
-    trial[last].r = critical;
+    let deflection = |knot: &Knot<1>| knot.u[0] + shift;
 
     // 2. What slips, in direction s: all up to the outermost knot outside the cone.
     let s = 1f64.copysign(if growth > 0.0 { d } else { apex });
-    let excess = |knot: &Knot<1>| s * knot.u[0] - knot.r;
+    let excess = |knot: &Knot<1>| s * deflection(knot) - knot.r;
     let speed = s * d - growth;
     let reach = if speed > 0.0 { -AT_LIMIT } else { OUTSIDE };
-    let slipping = trial.iter().rposition(|knot| excess(knot) > reach * knot.r).map_or(0, |index| index + 1);
+    let slipping = trial
+        .iter()
+        .rposition(|knot| excess(knot) > reach * knot.r)
+        .map_or(0, |index| index + 1);
 
     // 3. Dissipation of what slips by e(R), over T; e is linear between the knots of the trial curve.
-    let mut work = Work { excess: apex.abs(), ..Work::default() };
+    let mut work = Work {
+        excess: apex.abs(),
+        ..Work::default()
+    };
     if growth != 0.0 {
         work.squares = apex * apex * initial_slope;
     }
@@ -86,7 +82,10 @@ pub fn step<B: Backbone>(
         outcome.stored = critical - curve.end().integral;
         outcome.dissipated = work.done(speed, growth) + work.excess + dead;
         outcome.contact = Contact::GrossSlip;
-        end.push(Knot { r: critical, u: [s * critical] });
+        end.push(Knot {
+            r: critical,
+            u: [s * critical],
+        });
         return;
     }
 
@@ -122,21 +121,25 @@ pub fn step<B: Backbone>(
 
     // 5. What sticks has moved with d: Eqs. (1) and (2), segment by segment. A knot that does not matter any more goes.
     for (index, knot) in trial.iter().enumerate().skip(slipping) {
-        let (r, u) = (knot.r, knot.u[0]);
+        let (r, u) = (knot.r, deflection(knot));
         let low = r - below.r;
         if low <= AT_APEX * critical {
             if index == last {
                 // The front is on the last knot.
                 end.pop();
-                end.push(*knot);
+                end.push(Knot { r, u: [u] });
             }
             continue;
         }
-        let at = if index == last { curve.end() } else { curve.at(r) };
+        let at = if index == last {
+            curve.end()
+        } else {
+            curve.at(r)
+        };
         if index < last {
             let above = &trial[index + 1];
             let high = above.r - r;
-            let off = ((u - below.u) * high - (above.u[0] - u) * low).abs();
+            let off = ((u - below.u) * high - (deflection(above) - u) * low).abs();
             // Its distance from the chord alone nearly always tells that it matters.
             if off <= 1e-9 * low * high {
                 let kink = ((at.f - below.at.f) * high - (curve.at(above.r).f - at.f) * low).abs();
@@ -147,15 +150,49 @@ pub fn step<B: Backbone>(
         }
         let m = (u - below.u) / low;
         outcome.traction[0] += m * (at.f - below.at.f);
-        outcome.stored += m * (at.f * u - below.at.f * below.u) - m * m * (at.integral - below.at.integral);
+        outcome.stored +=
+            m * (at.f * u - below.at.f * below.u) - m * m * (at.integral - below.at.integral);
         below = Place { r, u, at };
-        end.push(*knot);
+        end.push(Knot { r, u: [u] });
     }
 
     // 6. When they are too many the least important goes, the front never.
     while end.len() > increment.room {
         outcome.forgotten = outcome.forgotten.max(forget_least(&curve, end, fronts));
     }
+}
+
+/// The trial curve of a cone that grows, in place of the one before; gives its apex and the dissipation of what dies.
+#[inline(never)]
+fn grow<B: Backbone>(
+    backbone: &B,
+    knots: &mut Knots<1>,
+    increment: &Increment<1>,
+    growth: f64,
+) -> (f64, f64) {
+    let d = increment.slip[0];
+    let (mut apex, mut dead) = (0.0, 0.0);
+    if growth < 0.0 {
+        let died = cut(knots, -growth);
+        let curve = backbone.over(increment.before);
+        dead = increment.limit_ratio
+            * dissipation_of_dead(&curve, knots, died, -growth, &increment.slip);
+        knots.drain(..died.0);
+        apex = died.1[0] + d;
+    }
+    for knot in knots.iter_mut() {
+        knot.r += growth;
+        knot.u[0] += d;
+    }
+    if growth > 0.0 {
+        // The old apex: below it, the elements born on the way lie on a straight line.
+        knots.insert(0, Knot { r: growth, u: [d] });
+    }
+    // The end of the curve is exact.
+    if let Some(last) = knots.last_mut() {
+        last.r = increment.critical;
+    }
+    (apex, dead)
 }
 
 /// The work of slip: D / T = sum (e_a - e_b)/h (L_b - L_a) - growth/2 int e theta k dR, where theta = e / (s d - growth) is the

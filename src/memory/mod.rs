@@ -118,11 +118,13 @@ pub fn step<B: Backbone, const N: usize>(
 ) {
     // Which N it is, is known when this is compiled.
     if let Some(start) = same(start)
-        && let (Some(increment), Some(end), Some(outcome)) = (same(increment), same(end), same(outcome))
+        && let (Some(increment), Some(end), Some(outcome)) =
+            (same(increment), same(end), same(outcome))
     {
         line::step(backbone, start, increment, end, outcome);
     } else if let Some(start) = same(start)
-        && let (Some(increment), Some(end), Some(outcome)) = (same(increment), same(end), same(outcome))
+        && let (Some(increment), Some(end), Some(outcome)) =
+            (same(increment), same(end), same(outcome))
     {
         plane::step(backbone, start, increment, end, outcome);
     }
@@ -163,7 +165,11 @@ fn dissipation_of_dead<B: Backbone, const N: usize>(
     let mut sum = 0.0;
     let mut to = |r: f64, v: Vector<N>| {
         let length = v.norm();
-        let speed = if length > 0.0 { v.dot(d) / length + depth } else { depth };
+        let speed = if length > 0.0 {
+            v.dot(d) / length + depth
+        } else {
+            depth
+        };
         // No element slips for longer than the step.
         let shared = v / speed.max(length).max(f64::MIN_POSITIVE);
         let at = curve.at(r);
@@ -177,7 +183,10 @@ fn dissipation_of_dead<B: Backbone, const N: usize>(
         below = (r, v, shared, at);
     };
     let mut previous = (0.0, Vector::zeros());
-    let cut = Knot { r: depth, u: cut.into() };
+    let cut = Knot {
+        r: depth,
+        u: cut.into(),
+    };
     for knot in knots[..died].iter().chain([&cut]) {
         let v = Vector::from(knot.u) + d * (knot.r / depth);
         // Where |v| is least its direction changes fast.
@@ -185,7 +194,10 @@ fn dissipation_of_dead<B: Backbone, const N: usize>(
         let (along, squared) = (-previous.1.dot(&rise), rise.norm_squared());
         if along > 0.0 && along < squared {
             let part = along / squared;
-            to(previous.0 + part * (knot.r - previous.0), previous.1 + rise * part);
+            to(
+                previous.0 + part * (knot.r - previous.0),
+                previous.1 + rise * part,
+            );
         }
         to(knot.r, v);
         previous = (knot.r, v);
@@ -197,9 +209,19 @@ fn dissipation_of_dead<B: Backbone, const N: usize>(
 /// Drops the knot, from number `first` on and below the last, that changes the traction least; gives that part of T:
 /// |off the chord| |kink of f|.
 #[cold]
-fn forget_least<B: Backbone, const N: usize>(curve: &Over<'_, B>, knots: &mut Knots<N>, first: usize) -> f64 {
+fn forget_least<B: Backbone, const N: usize>(
+    curve: &Over<'_, B>,
+    knots: &mut Knots<N>,
+    first: usize,
+) -> f64 {
     let (mut least, mut index) = (f64::INFINITY, first);
-    let mut below = (Knot { r: 0.0, u: [0.0; N] }, 0.0);
+    let mut below = (
+        Knot {
+            r: 0.0,
+            u: [0.0; N],
+        },
+        0.0,
+    );
     for k in 0..knots.len() - 1 {
         let (b, c) = (knots[k], knots[k + 1]);
         let (a, fa) = below;

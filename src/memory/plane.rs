@@ -4,7 +4,10 @@
 //! and where the direction changes along the curve, slipping segments are halved until the chord hides nothing that
 //! matters at the amplitude at hand.
 
-use super::{AT_APEX, Increment, Matrix, NEGLIGIBLE, ON_CONE, Outcome, Vector, cut, dissipation_of_dead, forget_least};
+use super::{
+    AT_APEX, Increment, Matrix, NEGLIGIBLE, ON_CONE, Outcome, Vector, cut, dissipation_of_dead,
+    forget_least,
+};
 use crate::backbone::{Backbone, Over, Values};
 use crate::state::{Contact, Knot, Knots, MAX_KNOTS};
 use arrayvec::ArrayVec;
@@ -21,6 +24,10 @@ const AT_LIMIT: f64 = 1.0 - 2e-14;
 const SAME: f64 = 1e-12;
 /// A segment shorter than this part of G has the mean of its ends' f' for a secant: the quotient is rounding.
 const SHORT: f64 = 1e-8;
+/// Over less than this part of G, where the backbone is nearly straight, differences of its integrals are rounding;
+const NARROW: f64 = 1e-4;
+/// over less than this they are whatever the backbone is.
+const NO_ROOM: f64 = 1e-12;
 /// How often a segment may be halved.
 const HALVINGS: usize = 9;
 /// Room for the trial curve: an apex, an old apex, and a full state.
@@ -244,7 +251,10 @@ impl Moves {
         if a.is_none() && b.is_none() {
             return None;
         }
-        let (a, b) = (a.as_ref().unwrap_or(&Moves::FIXED), b.as_ref().unwrap_or(&Moves::FIXED));
+        let (a, b) = (
+            a.as_ref().unwrap_or(&Moves::FIXED),
+            b.as_ref().unwrap_or(&Moves::FIXED),
+        );
         Some(Moves {
             depth_by_slip: (a.depth_by_slip + b.depth_by_slip) * 0.5,
             depth_by_growth: (a.depth_by_growth + b.depth_by_growth) * 0.5,
@@ -355,7 +365,12 @@ impl Path {
         trial: &mut ArrayVec<Trial, TRIAL>,
     ) -> f64 {
         let (d, growth, critical) = (self.d, self.growth, self.critical);
-        let mut apex = Trial { r: 0.0, v: d, slips: self.length > 0.0, was: true };
+        let mut apex = Trial {
+            r: 0.0,
+            v: d,
+            slips: self.length > 0.0,
+            was: true,
+        };
         let (mut died, mut dead) = (0, 0.0);
         if growth > 0.0 {
             // The old apex: below it, the elements born on the way lie on a straight line.
@@ -367,7 +382,8 @@ impl Path {
             if growth < 0.0 {
                 let of_cut = cut(start, -growth);
                 let curve = backbone.over(increment.before);
-                dead = increment.limit_ratio * dissipation_of_dead(&curve, start, of_cut, -growth, &d);
+                dead =
+                    increment.limit_ratio * dissipation_of_dead(&curve, start, of_cut, -growth, &d);
                 died = of_cut.0;
                 // It lies on the cone when the ends of its chord do.
                 let on_cone = |knot: &Knot<2>| on_cone(knot.r, &knot.u.into());
@@ -380,10 +396,15 @@ impl Path {
         let mut below = growth.max(0.0);
         for (index, knot) in start.iter().enumerate().skip(died) {
             // The end of the curve is exact; knots that a large growth brings together are one.
-            let r = if index + 1 == start.len() { critical } else { (knot.r + growth).min(critical) };
+            let r = if index + 1 == start.len() {
+                critical
+            } else {
+                (knot.r + growth).min(critical)
+            };
             if r > below {
                 let u = V::from(knot.u);
-                trial.push(self.knot(r, u + d, on_cone(knot.r, &u)));
+                let knot = self.knot(r, u + d, on_cone(knot.r, &u));
+                trial.push(knot);
                 below = r;
             }
         }
@@ -422,8 +443,15 @@ impl Path {
 
     /// The apex of the trial curve.
     fn apex(&self, initial_slope: f64, trial: &[Trial]) -> Place {
-        let [knot, first, ..] = trial else { unreachable!() };
-        let mut apex = Place { v: knot.v, n: self.e, was: knot.was, ..Place::default() };
+        let [knot, first, ..] = trial else {
+            unreachable!()
+        };
+        let mut apex = Place {
+            v: knot.v,
+            n: self.e,
+            was: knot.was,
+            ..Place::default()
+        };
         apex.at.slope = initial_slope;
         if knot.slips {
             apex.kind = Kind::Slip;
@@ -436,7 +464,10 @@ impl Path {
                 apex.slip = self.length;
             }
         }
-        let mut moves = Moves { depth_by_growth: 1.0, ..Moves::FIXED };
+        let mut moves = Moves {
+            depth_by_growth: 1.0,
+            ..Moves::FIXED
+        };
         if self.growth <= 0.0 {
             moves.trial_by_growth = (knot.v - first.v) / first.r;
         }
@@ -452,7 +483,12 @@ impl Path {
         // It moves along the curve: n.dv - dR = 0 there, with the slope m of the trial curve.
         let m = segment.rise / segment.width;
         let speed = 1.0 - n.dot(&m);
-        let over_speed = 1.0 / if speed.abs() < 1e-9 { 1e-9f64.copysign(speed) } else { speed };
+        let over_speed = 1.0
+            / if speed.abs() < 1e-9 {
+                1e-9f64.copysign(speed)
+            } else {
+                speed
+            };
         let depth_by_slip = -n * over_speed;
         Place {
             r,
@@ -501,14 +537,23 @@ impl Path {
     /// sine at h, and the log-time a = |d| int ds/R: d psi/da = - sin psi, so that [`Angle`] has the end.
     #[inline(always)]
     fn onto_cone(&self, place: &mut Place) {
-        let Path { d, length, e, growth, .. } = *self;
+        let Path {
+            d,
+            length,
+            e,
+            growth,
+            ..
+        } = *self;
         let r = place.r;
         let before = r - growth;
         let e_left = left(&e);
         if before <= 0.0 {
             // Born in this step: it slips along d from the start.
             (place.u, place.n) = (e * r, e);
-            place.turn = Turn { by_slip: e_left * (r * self.inverse), ..Turn::default() };
+            place.turn = Turn {
+                by_slip: e_left * (r * self.inverse),
+                ..Turn::default()
+            };
             (place.slip, place.share) = ((length - growth).max(0.0), 1.0);
             return;
         }
@@ -527,14 +572,21 @@ impl Path {
             let b = start.dot(&d) - before * growth;
             let c = (start.norm_squared() - before * before).min(0.0);
             let q = (b * b - a * c).max(0.0).sqrt();
-            s = if b < 0.0 { share(q - b, a) } else { share(-c, b + q) };
+            s = if b < 0.0 {
+                share(q - b, a)
+            } else {
+                share(-c, b + q)
+            };
             (h, inverse) = direction(&(start + d * s), &e);
         }
         let r_h = before + s * growth;
         let slipping = 1.0 - s;
         let over_h = 1.0 / r_h;
         // al = int ds/R and int s ds/R^2 over the slip.
-        let (mut al, mut moment) = (slipping * over_h, 0.5 * slipping * (1.0 + s) * over_h * over_h);
+        let (mut al, mut moment) = (
+            slipping * over_h,
+            0.5 * slipping * (1.0 + s) * over_h * over_h,
+        );
         if growth != 0.0 {
             let over_r = 1.0 / r;
             let twice_mean = 2.0 / (r + r_h);
@@ -548,18 +600,31 @@ impl Path {
                 )
             } else {
                 let q = 0.5 * (r * over_h).ln() / y;
-                (q, 2.0 / y * (q - over_r * over_h / (twice_mean * twice_mean)))
+                (
+                    q,
+                    2.0 / y * (q - over_r * over_h / (twice_mean * twice_mean)),
+                )
             };
             al = slipping * twice_mean * q;
             moment = 0.5 * slipping * (1.0 + s) * over_h * over_r
                 + 0.25 * slipping * slipping * twice_mean * twice_mean * j;
         }
         let (a, c, w) = (length * al, h.dot(&e), cross(&e, &h));
-        let Angle { cosine, sine, over_n, rise, log } =
-            if a < 1.0 { Angle::near(a, al, c, w) } else { Angle::far(a, self.inverse, c, w) };
+        let Angle {
+            cosine,
+            sine,
+            over_n,
+            rise,
+            log,
+        } = if a < 1.0 {
+            Angle::near(a, al, c, w)
+        } else {
+            Angle::far(a, self.inverse, c, w)
+        };
         place.n = e * cosine + e_left * sine;
         place.u = place.n * r;
-        place.turn.by_slip = e_left * (r * (rise + c * s * inverse * over_n)) - e * (r * sine * (s * inverse + al));
+        place.turn.by_slip =
+            e_left * (r * (rise + c * s * inverse * over_n)) - e * (r * sine * (s * inverse + al));
         place.turn.by_growth = r * sine * length * moment;
         if place.moves.is_some() {
             let turning = r * over_n * if s > 0.0 { inverse } else { over_h };
@@ -613,7 +678,10 @@ impl Angle {
         // The continued fraction of tanh; below a = 1 nothing is left out.
         let x = 0.25 * a * a;
         let p1 = polynomial(x, [1., 17_325. / 135_135., 378. / 135_135., 1. / 135_135.]);
-        let q = polynomial(x, [1., 62_370. / 135_135., 3_150. / 135_135., 28. / 135_135.]);
+        let q = polynomial(
+            x,
+            [1., 62_370. / 135_135., 3_150. / 135_135., 28. / 135_135.],
+        );
         let p = 0.5 * a * p1;
         let (pp, qq, pq) = (p * p, q * q, 2.0 * p * q);
         let (ahead, whole, half) = (p + c * q, qq + c * pq + pp, q * (q + c * p));
@@ -623,7 +691,10 @@ impl Angle {
         let y = p * ahead * over_half;
         let yy = y * y;
         let log = if yy < 0.01 {
-            y * polynomial(yy, [2., 2. / 3., 2. / 5., 2. / 7., 2. / 9., 2. / 11., 2. / 13.])
+            y * polynomial(
+                yy,
+                [2., 2. / 3., 2. / 5., 2. / 7., 2. / 9., 2. / 11., 2. / 13.],
+            )
         } else {
             ((1.0 + y) / (1.0 - y)).ln()
         };
@@ -762,14 +833,7 @@ impl<'a, B: Backbone> Walk<'a, B> {
             self.outcome.stored +=
                 slope.dot(&(b.u * b.at.f - a.u * a.at.f)) - slope.norm_squared() * integral;
             if a.slip > 0.0 || b.slip > 0.0 {
-                let fall = (a.slip - b.slip) * inverse;
-                self.work += fall * (b.at.loss - a.at.loss);
-                if self.path.growth != 0.0 {
-                    let rise = (b.share - a.share) * inverse;
-                    self.shared += rise * (b.slip * b.at.f - a.slip * a.at.f)
-                        - fall * (b.share * b.at.f - a.share * a.at.f)
-                        + 2.0 * fall * rise * integral;
-                }
+                self.dissipate(a, b, width, df);
             }
         }
         let importance = match self.kept.last() {
@@ -792,6 +856,38 @@ impl<'a, B: Backbone> Walk<'a, B> {
         self.settle(a, secant, &slope);
         self.keep(a, importance);
         (self.width, self.secant, self.slope) = (width, secant, slope);
+    }
+
+    /// What the segment from a to b has in D: (e_a - e_b)/h (L_b - L_a), and int (e theta)' f' dR =
+    /// S [e theta] + 2 e' theta' [h (f_a + f_b)/2 - (F_b - F_a)]. Where the segment is short differences of L and F are rounding,
+    /// while slip and share of what was next to the old apex differ from those of what was born after it: then the mean of
+    /// L' = f - R f', and h^2 (f'_b - f'_a)/12 for the bracket.
+    #[inline(always)]
+    fn dissipate(&mut self, a: &Place, b: &Place, width: f64, df: f64) {
+        let critical = self.path.critical;
+        // Short also for the backbone: a large exponent bends it within a small part of G.
+        let straight = a.at.slope - b.at.slope <= 1e-4 * a.at.slope;
+        let short = width <= NO_ROOM * critical || (width <= NARROW * critical && straight);
+        let fall = a.slip - b.slip;
+        self.work += fall
+            * if short {
+                0.5 * (a.at.f - a.r * a.at.slope + b.at.f - b.r * b.at.slope)
+            } else {
+                (b.at.loss - a.at.loss) / width
+            };
+        if self.path.growth != 0.0 {
+            let (secant, bent) = if short {
+                (
+                    0.5 * (a.at.slope + b.at.slope),
+                    (b.at.slope - a.at.slope) / 12.0,
+                )
+            } else {
+                let mean = (b.at.integral - a.at.integral) / width;
+                (df / width, (0.5 * (a.at.f + b.at.f) - mean) / width)
+            };
+            self.shared += secant * (b.slip * b.share - a.slip * a.share)
+                - 2.0 * bent * fall * (b.share - a.share);
+        }
     }
 
     #[inline(always)]
@@ -848,15 +944,17 @@ impl<'a, B: Backbone> Walk<'a, B> {
             } else {
                 // du0 = dv - dd
                 let start = moves.trial_by_slip - M::identity();
-                let by_slip =
-                    turn.by_slip + start.transpose() * turn.by_start + moves.depth_by_slip * turn.by_depth;
+                let by_slip = turn.by_slip
+                    + start.transpose() * turn.by_start
+                    + moves.depth_by_slip * turn.by_depth;
                 let by_growth = turn.by_growth
                     + turn.by_start.dot(&moves.trial_by_growth)
                     + turn.by_depth * moves.depth_by_growth;
                 let n_left = left(&n);
                 self.outcome.by_slip +=
                     (n_left * by_slip.transpose() - n * moves.depth_by_slip.transpose()) * weight;
-                self.outcome.by_growth += (n * (1.0 - moves.depth_by_growth) + n_left * by_growth) * weight;
+                self.outcome.by_growth +=
+                    (n * (1.0 - moves.depth_by_growth) + n_left * by_growth) * weight;
             }
         }
         self.outcome.by_slip += along * moves.depth_by_slip.transpose();
@@ -907,7 +1005,10 @@ impl<'a, B: Backbone> Walk<'a, B> {
         }
         for (place, &importance) in self.kept.iter().zip(&self.importance) {
             if importance < f64::INFINITY {
-                end.push(Knot { r: place.r, u: place.u.into() });
+                end.push(Knot {
+                    r: place.r,
+                    u: place.u.into(),
+                });
             }
         }
         self.outcome.forgotten = self.outcome.forgotten.max(given_up.sqrt());
@@ -925,7 +1026,8 @@ impl<'a, B: Backbone> Walk<'a, B> {
                 let (a, c) = (&self.kept[b.below as usize], &self.kept[b.above as usize]);
                 let (low, high) = (b.r - a.r, c.r - b.r);
                 // Where one of them is 0 the place goes anyway.
-                let [over_low, over_high] = [low, high].map(|h| if h > 0.0 { 1.0 / h } else { 0.0 });
+                let [over_low, over_high] =
+                    [low, high].map(|h| if h > 0.0 { 1.0 / h } else { 0.0 });
                 let bend = (b.u - a.u) * over_low - (c.u - b.u) * over_high;
                 let kink = (b.f - a.f) * over_low - (c.f - b.f) * over_high;
                 self.importance[k] = importance(
@@ -960,8 +1062,8 @@ fn importance(
 ) -> f64 {
     let near = SAME * r;
     if kind == Kind::Front {
-        let doubled =
-            (low <= near && kind_a == Kind::Front) || (high <= near && (end || kind_c == Kind::Front));
+        let doubled = (low <= near && kind_a == Kind::Front)
+            || (high <= near && (end || kind_c == Kind::Front));
         return if r <= at_apex || doubled { DROP } else { KEEP };
     }
     if low <= near || high <= near {

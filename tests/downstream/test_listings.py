@@ -74,7 +74,7 @@ def build(language, code, folder):
     return [program]
 
 
-@pytest.mark.parametrize("language, before, code, said", listings())
+@pytest.mark.parametrize("language, before, code, said", list(listings()))
 def test_listing(language, before, code, said, tmp_path):
     # What the blocks before print has been looked at with them.
     mark = "--- this block ---\n"

@@ -75,12 +75,12 @@ fn library() -> &'static Library {
     LIBRARY.get_or_init(|| unsafe { Library::new(library_path()).expect("the library") })
 }
 
-/// The 12 common properties and the four of this face.
+/// The 20 common properties and the first four of this face.
 pub fn props(layout: f64, scale: f64, thickness: f64, tangent: f64) -> Vec<f64> {
-    vec![
-        0.3, 0.002, 2.5, 0.0, 0.0, 0.005, 3e4, -0.001, 16.0, 0.0, 0.0, 0.0, layout, scale,
-        thickness, tangent,
-    ]
+    let mut props = vec![0.3, 0.002, 2.5, 0.0, 0.0, 0.0, 3e4, -0.001];
+    props.resize(20, 0.0);
+    props.extend([layout, scale, thickness, tangent]);
+    props
 }
 
 impl Point {
@@ -195,7 +195,7 @@ fn layouts_and_scales() {
     for symbol in ["umat", "umat_"] {
         for (layout, ntens, directions, slots, scale, thickness) in cases {
             let props = props(layout, scale, thickness, 0.0);
-            let law = NativeLaw::new(&props[..12], directions);
+            let law = NativeLaw::new(&props[..20], directions);
             let mut state = vec![0.0; law.nstate];
             let mut point = Point::new(symbol, &props, ntens, law.nstate);
             let length = scale * if layout == 2.0 { thickness } else { 1.0 };
@@ -248,7 +248,7 @@ fn layouts_and_scales() {
 #[test]
 fn sticking_tangent() {
     let props = props(2.0, 1.0, 0.3, 1.0);
-    let mut point = Point::new("umat_", &props, 6, 64);
+    let mut point = Point::new("umat_", &props, 6, 84);
     // Gross slip, then micro-slip back.
     for slip in [0.02, -0.001] {
         let dstran = [
@@ -285,7 +285,7 @@ fn sticking_tangent() {
 fn a_rejected_trial_and_several_threads_change_nothing() {
     let run = |layout: f64| {
         let (ntens, scale) = if layout == 0.0 { (3, 1.0) } else { (6, 2.0) };
-        let mut point = Point::new("umat", &props(layout, scale, 0.3, 0.0), ntens, 64);
+        let mut point = Point::new("umat", &props(layout, scale, 0.3, 0.0), ntens, 84);
         let mut all = Vec::new();
         for step in 0..200 {
             let phase = f64::from(step);
@@ -336,53 +336,53 @@ fn input(ndir: usize, nstate: usize, props: &str) -> String {
 }
 
 /// Bad input that the caller passes on: layout, sizes and properties, and words of the message. The caller's arrays are those of
-/// the layout, whatever PROPS(13) says.
+/// the layout, whatever PROPS(21) says.
 const BAD: [(&str, usize, usize, &str, &str); 10] = [
     (
         "0",
         2,
         20,
         "0.3 0.002",
-        "NSTATV = 20: 2 tangential direction(s)",
+        "NSTATV = 20: must be from 24 (default 84)",
     ),
-    ("2", 2, 45, "0.3 0.002", "NSTATV = 45"),
-    ("0", 1, 25, "-0.3 0.002", "PROPS(1) mu = -0.3"),
-    ("0", 2, 64, "0.3 0", "PROPS(2) gcr = 0"),
-    ("7", 2, 64, "0.3 0.002", "PROPS(13) layout = 7"),
+    ("2", 2, 23, "0.3 0.002", "NSTATV = 23"),
+    ("0", 1, 44, "-0.3 0.002", "PROPS(1) mu = -0.3"),
+    ("0", 2, 84, "0.3 0", "PROPS(2) gcr = 0"),
+    ("7", 2, 84, "0.3 0.002", "PROPS(21) layout = 7"),
     (
         "0",
         2,
-        64,
-        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0 0",
-        "PROPS(14) scale = 0",
+        84,
+        "0.3 0.002 2.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 -1",
+        "PROPS(22) scale = -1",
     ),
     (
         "2",
         2,
-        64,
-        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 2 1 0",
-        "PROPS(15) thickness = 0",
+        84,
+        "0.3 0.002 2.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 2 1 0",
+        "PROPS(23) thickness = 0",
     ),
     (
         "0",
         2,
-        64,
-        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0 1 0 2",
-        "PROPS(16) tangent = 2",
+        84,
+        "0.3 0.002 2.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1 0 2",
+        "PROPS(24) tangent = 2",
     ),
     (
         "1",
         2,
-        64,
-        "0.3 0.002 2.5 0 0 0.005 0 0 16 0 0 0 0",
-        "NTENS = 6: PROPS(13) layout 0",
+        84,
+        "0.3 0.002 2.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0",
+        "NTENS = 6: must be in [2, 3] for layout 0 of PROPS(21)",
     ),
     (
         "1",
         2,
-        64,
+        84,
         "0.3 1e-110",
-        "jump of STRAN(6) + DSTRAN(6) = 0.001: must be finite and a slip",
+        "PROPS(2) gcr = 1e-110: must be 0, or from 1e-100 to 1e100",
     ),
 ];
 
@@ -416,5 +416,26 @@ fn the_host_s_own_routines_are_used_where_there_are_any() {
             "{said}"
         );
         assert_eq!(output.status.code(), Some(7), "ended by xit");
+    }
+}
+
+/// States that a host keeps in single precision.
+#[test]
+fn states_in_single_precision_are_taken() {
+    for (layout, ntens) in [(0.0, 2), (0.0, 3), (2.0, 6)] {
+        let nstate = if ntens == 2 { 44 } else { 84 };
+        let mut point = Point::new("umat_", &props(layout, 1.0, 0.3, 0.0), ntens, nstate);
+        for step in 0..100 {
+            let phase = f64::from(step) * 0.7;
+            let mut dstran = vec![2e-3 * phase.sin(); ntens];
+            let normal = if layout == 2.0 { 2 } else { 0 };
+            dstran[normal] = -0.01 - 0.001 * phase.cos() - point.stran[normal];
+            let answer = point.trial(&dstran);
+            assert!(answer.stress[normal] < 0.0);
+            point.accept(&dstran, &answer);
+            for x in &mut point.state {
+                *x = f64::from(*x as f32);
+            }
+        }
     }
 }

@@ -31,9 +31,9 @@ program call_fric
         call expect(pnewdt == 1, 'a cutback')
         total = total + sfd
         turnover = turnover + abs(sfd)
-        call expect(abs(total - statev(4)) <= 1e-12_real64 * turnover, 'SFD against the state')
+        call expect(abs(total - statev(5)) <= 1e-12_real64 * turnover, 'SFD against the state')
         call expect(all(ddtddt == 0), 'DDTDDT')
-        call put([tau, sed, statev(4), (ddtddg(i, :), i=1, m%ndir), ddtddp])
+        call put([tau, sed, statev(5), (ddtddg(i, :), i=1, m%ndir), ddtddp])
         before = slip
         old_pressure = pressure
     end do

@@ -7,7 +7,7 @@ program call_uinter
     type(model) :: m
     real(real64), allocatable :: stress(:), ddsddr(:, :), statev(:), rdisp(:), drdisp(:)
     type(zero_outputs) :: zero
-    real(real64) :: props(12), flux(2), sed, sfd, pnewdt, slip(2), pressure, before(3)
+    real(real64) :: props(20), flux(2), sed, sfd, pnewdt, slip(2), pressure, before(3)
     real(real64) :: none(9), total, turnover
     integer(int32) :: step, ndir, lopenclose, lstate, lsdi, i
     character(80), parameter :: ciname = 'BOLT', slname = 'PLATE', msname = 'WASHER'
@@ -15,8 +15,7 @@ program call_uinter
 
     m = read_model()
     ndir = 1 + m%ndir
-    props = [0.0_real64, 0.0_real64, 2.5_real64, 0.0_real64, 0.0_real64, 0.005_real64, 0.0_real64, 0.0_real64, &
-        16.0_real64, 0.0_real64, 0.0_real64, 0.0_real64]
+    props = 0
     props(:m%nprops) = m%props
     props(7) = normal_stiffness
     allocate (stress(ndir), ddsddr(ndir, ndir), rdisp(ndir), drdisp(ndir))
@@ -40,10 +39,10 @@ program call_uinter
         zero = spoiled(ndir)
         lstate = -99
         lsdi = -99
-        call uinter(stress, ddsddr, zero%amki, zero%amski, flux, zero%ddfddt, zero%ddsddt, zero%ddfddr, statev, sed, sfd, &
-            zero%spd, zero%svd, zero%scd, pnewdt, rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), &
+        call uinter(stress, ddsddr, zero%dviscous, zero%dstructural, flux, zero%ddfddt, zero%ddsddt, zero%ddfddr, statev, &
+            sed, sfd, zero%spd, zero%svd, zero%scd, pnewdt, rdisp, drdisp, none(:2), none(:2), none(:2), none(:2), none(:2), &
             1.0_real64, 0.0_real64, ciname, slname, msname, props, none(:3), none, identity, 1.0_real64, 0.0_real64, &
-            7_int32, ndir, m%nstate, 1_int32, 12_int32, 3_int32, 1_int32, step, 1_int32, 0_int32, lopenclose, lstate, &
+            7_int32, ndir, m%nstate, 1_int32, 20_int32, 3_int32, 1_int32, step, 1_int32, 0_int32, lopenclose, lstate, &
             lsdi, 0_int32)
         call expect(pnewdt == 1, 'a cutback')
         call expect(lopenclose == merge(1, 0, pressure > 0), 'LOPENCLOSE')
@@ -51,7 +50,7 @@ program call_uinter
         call zero%check()
         total = total + sfd
         turnover = turnover + abs(sfd)
-        call expect(abs(total - statev(4)) <= 1e-12_real64 * turnover, 'SFD against the state')
-        call put([stress, sed, statev(4), (ddsddr(i, :), i=1, ndir)])
+        call expect(abs(total - statev(5)) <= 1e-12_real64 * turnover, 'SFD against the state')
+        call put([stress, sed, statev(5), (ddsddr(i, :), i=1, ndir)])
     end do
 end program

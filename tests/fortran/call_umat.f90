@@ -1,4 +1,4 @@
-!> Calls UMAT as the hosts do, in the layout that the argument names (PROPS 13): prints the pressure, the traction, stored
+!> Calls UMAT as the hosts do, in the layout that the argument names (PROPS 21): prints the pressure, the traction, stored
 !> and dissipated energy, the tangent by rows.
 program call_umat
     use history
@@ -16,9 +16,7 @@ program call_umat
     read (argument, *) layout
     m = read_model()
     n = 1 + m%ndir
-    allocate (props(16), source=0.0_real64)
-    props(:12) = [0.0_real64, 0.0_real64, 2.5_real64, 0.0_real64, 0.0_real64, 0.005_real64, 0.0_real64, 0.0_real64, &
-        16.0_real64, 0.0_real64, 0.0_real64, 0.0_real64]
+    allocate (props(25), source=0.0_real64)
     props(:m%nprops) = m%props
     props(7) = normal_stiffness
     scale = 1
@@ -35,12 +33,12 @@ program call_umat
         ntens = 6
         slots = [3, 5, 6]
         length = 0.25_real64
-        props(15) = length
+        props(23) = length
     end select
-    props(13) = layout
-    props(14) = scale
+    props(21) = layout
+    props(22) = scale
     ! Given, they need not be those of the layout.
-    if (m%nprops > 12) props(13:m%nprops) = m%props(13:)
+    if (m%nprops > 20) props(21:m%nprops) = m%props(21:)
     allocate (stress(ntens), ddsdde(ntens, ntens), stran(ntens), dstran(ntens))
     allocate (statev(m%nstate), source=0.0_real64)
     before = 0
@@ -57,15 +55,15 @@ program call_umat
         ddsdde = untouched
         call umat(stress, statev, ddsdde, keep(1), keep(2), keep(3), keep(4), keep(5:6), keep(5:6), keep(6), stran, &
             dstran, none(:2), none(1), none(1), none(1), none(:1), none(:1), cmname, 3_int32, ntens - 3, ntens, &
-            m%nstate, props, 16_int32, none(:3), none, keep(6), none(1), none, none, 11_int32, 1_int32, 1_int32, &
+            m%nstate, props, 25_int32, none(:3), none, keep(6), none(1), none, none, 11_int32, 1_int32, 1_int32, &
             1_int32, 1_int32, step)
         call expect(all(keep == untouched), 'a write to an argument that is not used')
         ! Which shear is the first one matters for what the state variables are called.
-        call expect(norm2(statev(6:5 + m%ndir) - slip(:m%ndir)) <= 1e-14_real64 * norm2(slip), 'TangentialJump')
+        call expect(norm2(statev(8:7 + m%ndir) - slip(:m%ndir)) <= 1e-14_real64 * norm2(slip), 'TangentialJump')
         opening = stress(slots(1)) / scale
         tangent(:n, :n) = ddsdde(slots(:n), slots(:n)) / (scale**2 * length)
         call expect(count(stress /= 0) <= n .and. count(ddsdde /= 0) <= n * n, 'something in other slots')
-        call put([-opening, stress(slots(2:n)) / scale, statev(3), statev(4), (tangent(i, :n), i=1, n)])
+        call put([-opening, stress(slots(2:n)) / scale, statev(4), statev(5), (tangent(i, :n), i=1, n)])
         before = now
     end do
 end program

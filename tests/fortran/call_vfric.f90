@@ -43,7 +43,7 @@ program call_vfric
         call expect(all(statev(:, [2, 3]) == untouched), 'a write to the state of a node that is not in contact')
         do k = 1, points
             tau = c%traction(k, force(:, k))
-            call put([tau(:m%ndir), statev(3:4, slave(k))])
+            call put([tau(:m%ndir), statev(4:5, slave(k))])
         end do
     end do
 end program

@@ -40,7 +40,7 @@ program call_vfriction
         call expect(all(state(:, 2:, :) == untouched), 'a write to a state that does not hold the memory')
         do k = 1, points
             tau = c%traction(k, force(:, k))
-            call put([tau(:m%ndir), state(3:4, 1, k)])
+            call put([tau(:m%ndir), state(4:5, 1, k)])
         end do
     end do
 end program

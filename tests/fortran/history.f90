@@ -20,7 +20,7 @@ module history
 
     !> The outputs of UINTER that are always zero.
     type :: zero_outputs
-        real(real64), allocatable :: amki(:, :), amski(:, :), ddfddt(:, :), ddsddt(:, :), ddfddr(:, :)
+        real(real64), allocatable :: dviscous(:, :), dstructural(:, :), ddfddt(:, :), ddsddt(:, :), ddfddr(:, :)
         real(real64) :: spd = untouched, svd = untouched, scd = untouched
     contains
         procedure :: check => check_zeros
@@ -51,13 +51,14 @@ contains
     function spoiled(ndir) result(zero)
         integer(int32), intent(in) :: ndir
         type(zero_outputs) :: zero
-        allocate (zero%amki(ndir, ndir), zero%amski(ndir, ndir), zero%ddfddr(2, ndir), source=untouched)
+        allocate (zero%dviscous(ndir, ndir), zero%dstructural(ndir, ndir), source=untouched)
+        allocate (zero%ddfddr(2, ndir), source=untouched)
         allocate (zero%ddfddt(2, 2), zero%ddsddt(ndir, 2), source=untouched)
     end function
 
     subroutine check_zeros(zero)
         class(zero_outputs), intent(in) :: zero
-        call expect(all(zero%amki == 0) .and. all(zero%amski == 0) .and. all(zero%ddfddt == 0) .and. &
+        call expect(all(zero%dviscous == 0) .and. all(zero%dstructural == 0) .and. all(zero%ddfddt == 0) .and. &
             all(zero%ddsddt == 0) .and. all(zero%ddfddr == 0), 'derivatives that are zero')
         call expect(zero%spd == 0 .and. zero%svd == 0 .and. zero%scd == 0, 'energies that are zero')
     end subroutine

@@ -59,6 +59,8 @@ pub struct Call {
     pub node: i32,
     /// Column by column.
     pub drot: [f64; 4],
+    /// Pairs of values, column by column: both sides of the contact, field after field.
+    pub predef: Vec<f64>,
     pub nfdir: i32,
     /// None: the length of statev.
     pub nstatv: Option<i32>,
@@ -94,6 +96,7 @@ impl Call {
             ciname: "PLATE-PLATE".to_string(),
             node: 4711,
             drot: [1.0, 0.0, 0.0, 1.0],
+            predef: Vec::new(),
             nfdir: nfdir as i32,
             nstatv: None,
             chrlngth: 0.0,
@@ -124,13 +127,9 @@ impl Call {
             outputs.each_mut().map(|array| array.as_mut_ptr());
         let (dpress, ddpddh, dtime, slip) =
             (self.unused, self.unused, self.unused, [self.unused; 2]);
-        let (time, coords, temp, predef) = (
-            [self.unused; 2],
-            [self.unused; 3],
-            [self.unused; 2],
-            [self.unused; 2],
-        );
-        let (noel, npt, npatch, mcrd, npred) = (0, 3, 1, 3, 1);
+        let (time, coords, temp) = ([self.unused; 2], [self.unused; 3], [self.unused; 2]);
+        let (noel, npt, npatch, mcrd) = (0, 3, 1, 3);
+        let npred = self.predef.len() as i32 / 2;
         let nstatv = self.nstatv.unwrap_or(self.statev.len() as i32);
         let nprops = self.nprops.unwrap_or(self.props.len() as i32);
         let name = |text: &str| format!("{text:<80}").into_bytes();
@@ -170,7 +169,7 @@ impl Call {
                     coords.as_ptr(),
                     self.drot.as_ptr(),
                     temp.as_ptr(),
-                    predef.as_ptr(),
+                    self.predef.as_ptr(),
                     &raw const self.nfdir,
                     &raw const mcrd,
                     &raw const npred,

@@ -325,7 +325,10 @@ impl WatchedCall for FrictionCall<'_> {
     fn call(&mut self) -> i32 {
         let input = |array: Option<&[f64]>| array.map_or(null(), <[f64]>::as_ptr);
         let (slip, state0) = (input(self.slip), input(self.state0));
-        let factor = self.mu_factor.as_ref().map_or(null(), |factor| &raw const *factor);
+        let factor = self
+            .mu_factor
+            .as_ref()
+            .map_or(null(), |factor| &raw const *factor);
         let [state1, traction, dslip, dpressure, energy] = self
             .outputs
             .each_mut()
@@ -379,7 +382,10 @@ impl WatchedCall for InterfaceCall<'_> {
     fn call(&mut self) -> i32 {
         let input = |array: Option<&[f64]>| array.map_or(null(), <[f64]>::as_ptr);
         let (opening, state0) = (input(self.opening), input(self.state0));
-        let factor = self.mu_factor.as_ref().map_or(null(), |factor| &raw const *factor);
+        let factor = self
+            .mu_factor
+            .as_ref()
+            .map_or(null(), |factor| &raw const *factor);
         let [state1, traction, tangent, energy] = self
             .outputs
             .each_mut()

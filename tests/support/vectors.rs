@@ -95,7 +95,9 @@ impl VectorFile {
         let (status, factor) = (column("expected_status"), column("mu_factor"));
         let mut props = Vec::new();
         for word in key("properties").split_whitespace() {
-            let (property, value) = word.split_once('=').unwrap_or_else(|| panic!("{name}: {word}"));
+            let (property, value) = word
+                .split_once('=')
+                .unwrap_or_else(|| panic!("{name}: {word}"));
             let index = mepc::NAMES.iter().position(|known| *known == property);
             let index = index.unwrap_or_else(|| panic!("{name}: no property {property}"));
             props.resize(props.len().max(index + 1), 0.0);
@@ -143,8 +145,13 @@ impl VectorFile {
     /// The largest limit traction of the file: the scale of tractions. The run-in only lowers it.
     pub fn limit(&self) -> f64 {
         let property = |number: usize| self.props.get(number - 1).copied().unwrap_or(0.0);
-        let cap = if property(13) > 0.0 { property(13) } else { f64::INFINITY };
-        let limit = |row: &Row| (property(12) + row.mu_factor * self.props[0] * row.pressure).min(cap);
+        let cap = if property(13) > 0.0 {
+            property(13)
+        } else {
+            f64::INFINITY
+        };
+        let limit =
+            |row: &Row| (property(12) + row.mu_factor * self.props[0] * row.pressure).min(cap);
         self.rows.iter().map(limit).fold(0.0, f64::max)
     }
 

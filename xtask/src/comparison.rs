@@ -340,7 +340,7 @@ fn loop_dissipation(case: &Case, dissipated: &[f64]) -> Result<f64> {
 
 pub fn print_table(rows: &[Row]) {
     let heading = format!(
-        "{:<26} {:<9} {:>6} {:>6} {:>5} {:>9} {:>12} {:>12}  {:<15} {:>8} {:>8}  C - Fortran",
+        "{:<30} {:<9} {:>6} {:>6} {:>5} {:>9} {:>12} {:>12}  {:<15} {:>8} {:>8}  C - Fortran",
         "case",
         "method",
         "points",
@@ -365,7 +365,7 @@ pub fn print_table(rows: &[Row]) {
             updates => updates.to_string(),
         };
         println!(
-            "{:<26} {:<9} {:>6} {:>6} {full:>5} {:>9.6} {:>12.5e} {:>12.5e}  {:<15} {:>8.1e} {:>8.1e}  {languages}",
+            "{:<30} {:<9} {:>6} {:>6} {full:>5} {:>9.6} {:>12.5e} {:>12.5e}  {:<15} {:>8.1e} {:>8.1e}  {languages}",
             row.case,
             row.method.name(),
             row.points,

@@ -35,12 +35,20 @@ pub fn settle(directory: &Path, files: &[File], check: bool, what: &str) -> Resu
         }
     }
     if !drifted.is_empty() {
-        bail!("out of date, run `mepc-oracle {what}`: {}", drifted.join(", "));
+        bail!(
+            "out of date, run `mepc-oracle {what}`: {}",
+            drifted.join(", ")
+        );
     }
     for entry in fs::read_dir(directory).with_context(|| directory.display().to_string())? {
         let path = entry?.path();
         let csv = path.extension().is_some_and(|extension| extension == "csv");
-        if csv && !files.iter().any(|file| path.file_stem().is_some_and(|stem| stem == file.name.as_str())) {
+        if csv
+            && !files.iter().any(|file| {
+                path.file_stem()
+                    .is_some_and(|stem| stem == file.name.as_str())
+            })
+        {
             bail!("{}: nothing writes this file, remove it", path.display());
         }
     }
@@ -51,7 +59,10 @@ pub fn settle(directory: &Path, files: &[File], check: bool, what: &str) -> Resu
 /// and header, and each number the same to 1e-8 of the largest in its column.
 fn same_numbers(a: &str, b: &str) -> bool {
     let words = |text: &str| -> Vec<String> {
-        text.lines().filter(|line| numbers(line).is_none()).map(str::to_string).collect()
+        text.lines()
+            .filter(|line| numbers(line).is_none())
+            .map(str::to_string)
+            .collect()
     };
     let table = |text: &str| -> Vec<Vec<f64>> { text.lines().filter_map(numbers).collect() };
     let (rows_a, rows_b) = (table(a), table(b));
@@ -67,7 +78,9 @@ fn same_numbers(a: &str, b: &str) -> bool {
     let allowed: Vec<f64> = (0..width).map(|column| 1e-8 * largest(column)).collect();
     rows_a.iter().zip(&rows_b).all(|(row_a, row_b)| {
         let pairs = row_a.iter().zip(row_b).zip(&allowed);
-        pairs.into_iter().all(|((x, y), allowed)| (x - y).abs() <= *allowed)
+        pairs
+            .into_iter()
+            .all(|((x, y), allowed)| (x - y).abs() <= *allowed)
     })
 }
 
@@ -78,7 +91,9 @@ fn numbers(line: &str) -> Option<Vec<f64>> {
 
 /// Rounds to twelve decimals, so that a file shows short numbers and a reader gets exactly those.
 pub fn decimals(x: f64) -> f64 {
-    let rounded: f64 = format!("{x:.12}").parse().expect("a printed number is a number");
+    let rounded: f64 = format!("{x:.12}")
+        .parse()
+        .expect("a printed number is a number");
     // No negative zero in a file.
     rounded + 0.0
 }
@@ -90,7 +105,10 @@ mod tests {
     #[test]
     fn only_last_digits_may_differ() {
         let file = "# source: f = 1\na,b\n1,1e-20\n2.5,-3e-20\n";
-        assert!(same_numbers(file, &file.replace("2.5", "2.500000000000001")));
+        assert!(same_numbers(
+            file,
+            &file.replace("2.5", "2.500000000000001")
+        ));
         assert!(!same_numbers(file, &file.replace("2.5", "2.5000001")));
         assert!(!same_numbers(file, &file.replace("1e-20", "1.1e-20")));
         assert!(!same_numbers(file, &file.replace("f = 1", "f = 2")));

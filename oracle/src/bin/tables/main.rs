@@ -21,13 +21,22 @@ fn run() -> Result<()> {
     };
     let oracle = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (directory, files) = match what {
-        "vectors" => ("tests/vectors", vectors::files(&oracle.join("vectors.toml"))?),
+        "vectors" => (
+            "tests/vectors",
+            vectors::files(&oracle.join("vectors.toml"))?,
+        ),
         "cases" => ("cases", cases::files(&oracle.join("cases.toml"))?),
         _ => bail!("usage: mepc-oracle vectors|cases [--check]"),
     };
-    let root = oracle.parent().expect("oracle is a directory of the repository");
+    let root = oracle
+        .parent()
+        .expect("oracle is a directory of the repository");
     files::settle(&root.join(directory), &files, check, what)?;
-    println!("{directory}: {} files {}", files.len(), if check { "up to date" } else { "written" });
+    println!(
+        "{directory}: {} files {}",
+        files.len(),
+        if check { "up to date" } else { "written" }
+    );
     Ok(())
 }
 

@@ -12,11 +12,23 @@ pub enum Path {
     /// Slip and pressure of each step, and the factor on mu.
     Rows { rows: Vec<Vec<f64>> },
     /// Ten radial steps, then turns about the origin.
-    Circle { radius: f64, turns: usize, steps: usize },
+    Circle {
+        radius: f64,
+        turns: usize,
+        steps: usize,
+    },
     /// sin, and half of the double sin across it.
-    FigureEight { radius: f64, turns: usize, steps: usize },
+    FigureEight {
+        radius: f64,
+        turns: usize,
+        steps: usize,
+    },
     /// Turns about a square from its centre; `steps` a side.
-    Square { half_side: f64, turns: usize, steps: usize },
+    Square {
+        half_side: f64,
+        turns: usize,
+        steps: usize,
+    },
     /// Steps of up to `reach` in either direction, from a fixed seed.
     RandomWalk { steps: usize, reach: f64 },
 }
@@ -24,7 +36,11 @@ pub enum Path {
 impl Path {
     /// Directions of the path.
     pub fn directions(&self) -> usize {
-        if matches!(self, Path::Branches { .. } | Path::Rows { .. }) { 1 } else { 2 }
+        if matches!(self, Path::Branches { .. } | Path::Rows { .. }) {
+            1
+        } else {
+            2
+        }
     }
 
     pub fn points(&self) -> Vec<[f64; 2]> {
@@ -35,10 +51,16 @@ impl Path {
                     let (from, to, steps) = (pair[0], pair[1], *steps);
                     (1..=steps).map(move |k| [from + (to - from) * k as f64 / steps as f64, 0.0])
                 };
-                std::iter::once(first).chain(points.windows(2).flat_map(branch)).collect()
+                std::iter::once(first)
+                    .chain(points.windows(2).flat_map(branch))
+                    .collect()
             }
             Path::Rows { rows } => rows.iter().map(|row| [row[0], 0.0]).collect(),
-            Path::Circle { radius, turns, steps } => {
+            Path::Circle {
+                radius,
+                turns,
+                steps,
+            } => {
                 let radial = (0..=10).map(|k| [radius * f64::from(k) / 10.0, 0.0]);
                 let round = (1..=turns * steps).map(|k| {
                     let phase = TAU * k as f64 / *steps as f64;
@@ -46,13 +68,21 @@ impl Path {
                 });
                 radial.chain(round).collect()
             }
-            Path::FigureEight { radius, turns, steps } => (0..=turns * steps)
+            Path::FigureEight {
+                radius,
+                turns,
+                steps,
+            } => (0..=turns * steps)
                 .map(|k| {
                     let phase = TAU * k as f64 / *steps as f64;
                     [radius * phase.sin(), radius * (2.0 * phase).sin() / 2.0]
                 })
                 .collect(),
-            Path::Square { half_side: a, turns, steps } => {
+            Path::Square {
+                half_side: a,
+                turns,
+                steps,
+            } => {
                 let corners = [[*a, *a], [-a, *a], [-a, -a], [*a, -a]];
                 let mut points = vec![[0.0, 0.0]];
                 let mut from = [0.0, 0.0];
@@ -69,7 +99,9 @@ impl Path {
                 // Knuth's 64-bit linear congruential generator, upper bits.
                 let mut seed: u64 = 20_240_229;
                 let mut uniform = || {
-                    seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    seed = seed
+                        .wrapping_mul(6364136223846793005)
+                        .wrapping_add(1442695040888963407);
                     (seed >> 11) as f64 / (1u64 << 53) as f64
                 };
                 let mut at = [0.0, 0.0];

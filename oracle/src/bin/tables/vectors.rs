@@ -97,9 +97,18 @@ pub fn files(path: &std::path::Path) -> Result<Vec<File>> {
     let tables: Tables = read(path)?;
     let mut files: Vec<File> = Vec::new();
     for vector in &tables.vector {
-        ensure!(files.iter().all(|file| file.name != vector.name), "two vectors are called {}", vector.name);
-        let text = vector.text().with_context(|| format!("vector {}", vector.name))?;
-        files.push(File { name: vector.name.clone(), text });
+        ensure!(
+            files.iter().all(|file| file.name != vector.name),
+            "two vectors are called {}",
+            vector.name
+        );
+        let text = vector
+            .text()
+            .with_context(|| format!("vector {}", vector.name))?;
+        files.push(File {
+            name: vector.name.clone(),
+            text,
+        });
     }
     Ok(files)
 }
@@ -110,15 +119,28 @@ impl Vector {
     }
 
     fn backbone(&self) -> Backbone {
-        match (self.property("method"), self.property("backbone"), self.property("exponent")) {
+        match (
+            self.property("method"),
+            self.property("backbone"),
+            self.property("exponent"),
+        ) {
             (1.0, ..) => Backbone::PENALTY,
-            (_, 1.0, q) => Backbone::Segalman { c: q - 2.0, beta: self.property("beta") },
-            (_, _, chi) => Backbone::Power { chi: if chi == 0.0 { 2.5 } else { chi } },
+            (_, 1.0, q) => Backbone::Segalman {
+                c: q - 2.0,
+                beta: self.property("beta"),
+            },
+            (_, _, chi) => Backbone::Power {
+                chi: if chi == 0.0 { 2.5 } else { chi },
+            },
         }
     }
 
     fn limit(&self) -> Limit {
-        let (late, length, cap) = (self.property("mu_late"), self.property("slip_late"), self.property("tau_max"));
+        let (late, length, cap) = (
+            self.property("mu_late"),
+            self.property("slip_late"),
+            self.property("tau_max"),
+        );
         Limit {
             mu: self.property("mu"),
             cohesion: self.property("cohesion"),
@@ -128,7 +150,11 @@ impl Vector {
     }
 
     fn directions(&self) -> usize {
-        if self.direction.is_some() { 2 } else { self.path.directions() }
+        if self.direction.is_some() {
+            2
+        } else {
+            self.path.directions()
+        }
     }
 
     fn rows(&self) -> Vec<Row> {
@@ -140,11 +166,17 @@ impl Vector {
             _ => list[k % list.len()],
         };
         let points = self.path.points();
-        let slips = points.iter().map(|[a, b]| [decimals(a * gcr), decimals(b * gcr)]);
+        let slips = points
+            .iter()
+            .map(|[a, b]| [decimals(a * gcr), decimals(b * gcr)]);
         slips
             .enumerate()
             .map(|(k, slip)| Row {
-                slip: if self.direction.is_some() { [slip[0] * x, slip[0] * y] } else { slip },
+                slip: if self.direction.is_some() {
+                    [slip[0] * x, slip[0] * y]
+                } else {
+                    slip
+                },
                 pressure: again(&self.pressure, k, 1),
                 factor: again(&self.mu_factor, k, 2),
             })
@@ -171,7 +203,9 @@ impl Vector {
 
     /// The limit at the reference pressure.
     fn reference(&self) -> f64 {
-        self.limit().at(self.property("reference_pressure"), 1.0, 0.0).traction
+        self.limit()
+            .at(self.property("reference_pressure"), 1.0, 0.0)
+            .traction
     }
 
     fn consistent(&self) -> bool {
@@ -181,7 +215,11 @@ impl Vector {
     /// Critical slip at a limit.
     fn critical(&self, limit: f64) -> f64 {
         let gcr = self.property("gcr");
-        if self.consistent() { gcr * (limit / self.reference()).powf(1.0 / self.backbone().exponent()) } else { gcr }
+        if self.consistent() {
+            gcr * (limit / self.reference()).powf(1.0 / self.backbone().exponent())
+        } else {
+            gcr
+        }
     }
 
     fn expected(&self, rows: &[Row]) -> Result<Vec<Expected>> {
@@ -197,7 +235,13 @@ impl Vector {
     fn by_masing(&self, rows: &[Row], limits: &[f64]) -> Vec<Expected> {
         let backbone = self.backbone();
         let unit = self.direction.unwrap_or([1.0, 0.0]);
-        let along = |row: &Row| if unit[0].abs() > unit[1].abs() { row.slip[0] / unit[0] } else { row.slip[1] / unit[1] };
+        let along = |row: &Row| {
+            if unit[0].abs() > unit[1].abs() {
+                row.slip[0] / unit[0]
+            } else {
+                row.slip[1] / unit[1]
+            }
+        };
         let mut point = Masing::new(backbone);
         let (mut lost, mut closed_at, mut before_row, mut energy) = (0.0, None, 0.0, 0.0);
         let mut virgin = true;
@@ -218,7 +262,11 @@ impl Vector {
                     let moved = point.slip() != before;
                     virgin &= !moved;
                     // The status after a pause says nothing new; before the first slip the point sticks.
-                    if moved { Some(point.status()) } else { virgin.then_some(Status::Stick) }
+                    if moved {
+                        Some(point.status())
+                    } else {
+                        virgin.then_some(Status::Stick)
+                    }
                 };
                 before_row = slip;
                 let t = limit * point.traction();
@@ -235,12 +283,21 @@ impl Vector {
     /// Held at d: the elements that the least limit so far has pushed back stay there. The work was done at the first limit.
     fn held(&self, rows: &[Row], limits: &[f64]) -> Result<Vec<Expected>> {
         let (backbone, d) = (self.backbone(), rows[1].slip[0]);
-        ensure!(self.consistent() && limits[0] == limits[1], "one limit until the slip is held");
-        ensure!(rows[1..].iter().all(|row| row.slip[0] == d), "the slip is held from the second row on");
+        ensure!(
+            self.consistent() && limits[0] == limits[1],
+            "one limit until the slip is held"
+        );
+        ensure!(
+            rows[1..].iter().all(|row| row.slip[0] == d),
+            "the slip is held from the second row on"
+        );
         let first = self.critical(limits[0]);
         let work = limits[0] * first * backbone.work(d / first);
         let mut least = limits[0];
-        let mut expected = vec![Expected { status: Some(Status::Stick), ..Expected::default() }];
+        let mut expected = vec![Expected {
+            status: Some(Status::Stick),
+            ..Expected::default()
+        }];
         for &limit in &limits[1..] {
             least = least.min(limit);
             let g = self.critical(least);
@@ -257,8 +314,14 @@ impl Vector {
     }
 
     fn by_spring(&self, rows: &[Row], limits: &[f64]) -> Result<Vec<Expected>> {
-        ensure!(self.backbone() == Backbone::PENALTY && self.consistent(), "exponent 1 and the consistent rule");
-        ensure!(self.directions() == 1, "one direction: there a spring with a limit is exact in one step");
+        ensure!(
+            self.backbone() == Backbone::PENALTY && self.consistent(),
+            "exponent 1 and the consistent rule"
+        );
+        ensure!(
+            self.directions() == 1,
+            "one direction: there a spring with a limit is exact in one step"
+        );
         let stiffness = self.reference() / self.property("gcr");
         let mut spring = Jenkins::new(stiffness);
         let mut at = 0.0;
@@ -306,7 +369,10 @@ impl Vector {
             Source::Masing => "Masing's rules with a stack of reversals".to_string(),
             Source::ScaledMasing => "Masing's rules times the limit traction".to_string(),
             Source::Held => "T f(d/G) at the least limit traction so far".to_string(),
-            Source::Jenkins => return "one spring of constant stiffness with the limit traction of the moment".to_string(),
+            Source::Jenkins => {
+                return "one spring of constant stiffness with the limit traction of the moment"
+                    .to_string();
+            }
             Source::Elements => {
                 let kind = if self.consistent() { "depth" } else { "limit" };
                 format!("{ELEMENTS} slip elements of fixed {kind}, {PARTS} sub-steps an increment")
@@ -315,7 +381,10 @@ impl Vector {
         match self.backbone() {
             Backbone::Power { chi } => format!("{method}; f = 1 - (1 - s)^{chi}"),
             Backbone::Segalman { c, beta } => {
-                format!("{method}; Segalman's f with exponent q = {} and stiffness ratio {beta}", c + 2.0)
+                format!(
+                    "{method}; Segalman's f with exponent q = {} and stiffness ratio {beta}",
+                    c + 2.0
+                )
             }
         }
     }
@@ -332,14 +401,24 @@ impl Vector {
         if self.directions() == 1 {
             return [1e-5, 1e-4, 1e-5];
         }
-        let traction = if self.property("exponent") == 2.5 { 4e-3 } else { 8e-3 };
+        let traction = if self.property("exponent") == 2.5 {
+            4e-3
+        } else {
+            8e-3
+        };
         let total = expected.last().map_or(0.0, |last| last.dissipated) / scale;
-        let dissipated = format!("{:.1e}", 0.02 * total).parse().expect("a printed number");
+        let dissipated = format!("{:.1e}", 0.02 * total)
+            .parse()
+            .expect("a printed number");
         [traction, dissipated, traction]
     }
 
     fn text(&self) -> Result<String> {
-        if let Some(name) = self.properties.keys().find(|name| !NAMES.contains(&name.as_str())) {
+        if let Some(name) = self
+            .properties
+            .keys()
+            .find(|name| !NAMES.contains(&name.as_str()))
+        {
             bail!("{name} is no property");
         }
         let rows = self.rows();
@@ -351,7 +430,9 @@ impl Vector {
             Source::ScaledMasing => 0,
             _ => 2,
         });
-        let used = NAMES.iter().filter_map(|name| Some(format!("{name}={}", self.properties.get(*name)?)));
+        let used = NAMES
+            .iter()
+            .filter_map(|name| Some(format!("{name}={}", self.properties.get(*name)?)));
         let nstate = self.nstate.unwrap_or(if directions == 1 { 44 } else { 84 });
         let mut text = String::new();
         writeln!(text, "# name: {}", self.name)?;
@@ -385,7 +466,11 @@ impl Vector {
         writeln!(text, "{}", columns.join(","))?;
         for (time, (row, expected)) in rows.iter().zip(&expected).enumerate() {
             let mut fields = vec![time.to_string()];
-            fields.extend(row.slip[..directions].iter().map(|slip| (slip + 0.0).to_string()));
+            fields.extend(
+                row.slip[..directions]
+                    .iter()
+                    .map(|slip| (slip + 0.0).to_string()),
+            );
             fields.push(row.pressure.to_string());
             if with_factor {
                 fields.push(row.factor.to_string());
@@ -398,7 +483,12 @@ impl Vector {
                 fields.push(value(expected.stored));
             }
             if with_status {
-                fields.push(expected.status.map_or(-1, |status| status as i32).to_string());
+                fields.push(
+                    expected
+                        .status
+                        .map_or(-1, |status| status as i32)
+                        .to_string(),
+                );
             }
             writeln!(text, "{}", fields.join(","))?;
         }
@@ -408,5 +498,9 @@ impl Vector {
 
 /// Fifteen digits: more than any tolerance asks for, and the last bits of a mathematical library stay out.
 fn value(x: f64) -> String {
-    if x == 0.0 { "0".to_string() } else { format!("{x:.14e}") }
+    if x == 0.0 {
+        "0".to_string()
+    } else {
+        format!("{x:.14e}")
+    }
 }
