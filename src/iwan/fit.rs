@@ -46,6 +46,8 @@ const NOISY: f64 = 0.003;
 const LIKELY: f64 = 3.841_459;
 /// A plateau is plain where at this part of the branch no more than that part of F_s is missing.
 const PLAIN: [f64; 2] = [0.8, 0.001];
+/// A side is reached where the clearance ends so many standard errors before the amplitude.
+const PLAINLY: f64 = 4.0;
 /// Residuals below this part of the force range are rounding.
 pub(super) const ROUNDING: f64 = 1e-7;
 /// Unknowns of the curve, and of a fit without more.
@@ -312,8 +314,11 @@ pub(super) fn fit_of(problem: &Loop, solution: &Solution) -> Result<Fit, Error> 
     let stop = problem.stop.then(|| {
         let first = UNKNOWNS + problem.columns.len();
         let clearance = |k: usize| {
-            let reached = solution.minimum.normal[(first + k, first + k)] > 0.0;
-            reached.then(|| solution.estimate(first + k, amplitude))
+            let place = solution.estimate(first + k, amplitude);
+            // Noise alone leaves a clearance just below the amplitude.
+            let reached = solution.minimum.normal[(first + k, first + k)] > 0.0
+                && place.value + PLAINLY * place.error < amplitude;
+            reached.then_some(place)
         };
         Stop {
             clearances: [clearance(0), clearance(1)],
