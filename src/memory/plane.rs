@@ -134,7 +134,8 @@ pub fn step<B: Backbone>(
             scale
         };
         if top > 0.0 {
-            tolerance = (0.5 * increment.resolution * at.loss / top.max(f64::MIN_POSITIVE)).max(0.5 * increment.forgotten);
+            tolerance = (0.5 * increment.resolution * at.loss / top.max(f64::MIN_POSITIVE))
+                .max(0.5 * increment.forgotten);
             outcome.contact = Contact::of(gross, at.slope, initial_slope);
         }
     }
