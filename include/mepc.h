@@ -104,8 +104,8 @@ const char *mepc_version(void);
 const char *mepc_status_message(int32_t status);
 
 /*
- This thread's last error in words: which argument, its value, what was expected; after MEPC_NOT_DESCRIBED why. Never NULL,
- empty before the first error. The text is valid until this thread's next failing call.
+ This thread's last error in words: which argument, its value, what was expected. Never NULL, empty before the
+ first error. The text is valid until this thread's next failing call.
  */
 const char *mepc_last_error(void);
 
