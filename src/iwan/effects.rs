@@ -1,7 +1,9 @@
-//! What the model leaves out: a time lag between the channels, backlash, a viscous part, and other forces of one more unknown.
+//! What the model leaves out: a time lag between the channels, backlash, a viscous part, and other forces of one more
+//! unknown.
 //!
-//! Each is added to the four-parameter model; the one that lowers the sum of squares most is kept, then a further one is tried.
-//! Lag and backlash change the displacement, so that reversals and branches are found anew for every value that is tried.
+//! Each is added to the four-parameter model; the one that lowers the sum of squares most is kept, then a further one
+//! is tried. Lag and backlash change the displacement, so that reversals and branches are found anew for every value
+//! that is tried.
 
 use super::fit::{Estimate, Fit, Loop, ROUNDING, Solution, UNKNOWNS, fit_of, unknowns};
 use super::least_squares::{Minimum, ROUGH, minimise};
@@ -19,18 +21,18 @@ const PROMISING: f64 = 8.0;
 const MOST_LEFT: f64 = 0.01;
 /// At most so many effects together.
 const MOST: usize = 2;
-/// The sum of squares falls by so many variances: chance does it once in 10^5 times. For a lag, which is taken out, more: a loop that
-/// is not quite of the model has a part of one by chance.
+/// The sum of squares falls by so many variances: chance does it once in 10^5 times. For a lag, which is taken out,
+/// more: a loop that is not quite of the model has a part of one by chance.
 const SIGNIFICANT: f64 = 20.0;
 const LAG_SIGNIFICANT: f64 = 30.0;
-/// What an effect takes from the residuals, root mean square over T: less is of no matter. A lag of this size moves kappa by less
-/// than .01.
+/// What an effect takes from the residuals, root mean square over T: less is of no matter. A lag of this size moves
+/// kappa by less than .01.
 const MATTERS: f64 = 1e-3;
 const LAG_MATTERS: f64 = 3e-4;
 /// Effects explain the residuals when no more than this part of the shape (of its square) is left.
 const LEFT: f64 = 0.25;
-/// An effect makes the parameters unfit when it takes this part of T_max from the residuals, root mean square, or moves F_s, X_s,
-/// k_alpha (parts) or kappa by this much: half of what a loop with 1 % noise allows.
+/// An effect makes the parameters unfit when it takes this part of T_max from the residuals, root mean square, or moves
+/// F_s, X_s, k_alpha (parts) or kappa by this much: half of what a loop with 1 % noise allows.
 const TAKES: f64 = 5e-3;
 const MOVES: [f64; 4] = [0.01, 0.025, 0.025, 0.025];
 /// Greatest lag as a part of a cycle, greatest play as a part of the amplitude.
@@ -249,7 +251,8 @@ impl Search<'_> {
         best
     }
 
-    /// What a small lag or play does to the force, as a column: the force at the parameters of `base` with the displacement moved.
+    /// What a small lag or play does to the force, as a column: the force at the parameters of `base` with the
+    /// displacement moved.
     fn first_order(&self, base: &Solved, effect: Effect) -> Vec<f64> {
         const STEP: f64 = 1e-4;
         let record = &base.record;

@@ -1,8 +1,9 @@
 //! Least squares over all branches at once, and what the data can tell about each parameter.
 //!
-//! The unknowns are F_s / T, ln(X_s / A), chi, k_alpha A / T and the mean force over T, which a real record has and nobody wants
-//! to know (T and A: [`super::masing`]). Given X_s and chi the others are linear. X_s and kappa lie in a long and narrow valley:
-//! its bottom, the best chi for each of many X_s with the linear unknowns eliminated, tells where to start.
+//! The unknowns are F_s / T, ln(X_s / A), chi, k_alpha A / T and the mean force over T, which a real record has and
+//! nobody wants to know (T and A: [`super::masing`]). Given X_s and chi the others are linear. X_s and kappa lie in a
+//! long and narrow valley: its bottom, the best chi for each of many X_s with the linear unknowns eliminated, tells
+//! where to start.
 
 use super::least_squares::{
     EXACT, Minimum, Problem, correlation, inflation, minimise, rough_search, search, search_stride,
@@ -205,8 +206,8 @@ impl Solution {
     }
 }
 
-/// Standard errors of the unknowns. One that stands at a bound, as a clearance that is never reached does, has no influence and
-/// stays out.
+/// Standard errors of the unknowns. One that stands at a bound, as a clearance that is never reached does, has no
+/// influence and stays out.
 fn covariance_errors(problem: &Loop, minimum: &Minimum, variance: f64) -> Vec<f64> {
     let all = minimum.parameters.len();
     let inside: Vec<usize> = (0..all)
@@ -230,8 +231,8 @@ fn covariance_errors(problem: &Loop, minimum: &Minimum, variance: f64) -> Vec<f6
 }
 
 impl Record {
-    /// The four parameters by least squares over all branches at once, without the judgement of [`super::identify`] on whether the
-    /// model describes the loop.
+    /// The four parameters by least squares over all branches at once, without the judgement of [`super::identify`] on
+    /// whether the model describes the loop.
     ///
     /// The standard errors take the residuals for noise in the force; when neighbouring residuals are alike they are
     /// enlarged for the smaller number of independent ones.
@@ -249,8 +250,8 @@ impl Record {
         Ok(fit)
     }
 
-    /// Least squares from known parameters, for data that differ little from those that gave them (resampling): nothing is
-    /// searched, and no warnings are looked for.
+    /// Least squares from known parameters, for data that differ little from those that gave them (resampling): nothing
+    /// is searched, and no warnings are looked for.
     ///
     /// # Errors
     /// As [`Record::least_squares`].
@@ -388,8 +389,8 @@ pub(super) fn warnings(
         })
         .sum();
     let plain = |log_x: f64, chi: f64| 1.0 - shape(PLAIN[0] * (-log_x).exp(), chi)[0] <= PLAIN[1];
-    // Gross slip is shown when every curve without it, X_s from the amplitude on, fits worse than chance allows, or has a plain
-    // plateau as well.
+    // Gross slip is shown when every curve without it, X_s from the amplitude on, fits worse than chance allows, or has
+    // a plain plateau as well.
     let rounding = problem.count() as f64 * ROUNDING * ROUNDING;
     let chance = LIKELY * solution.variance.max(rounding);
     let as_good_without = || {

@@ -46,7 +46,8 @@ pub(super) fn solve(record: &Record) -> Result<(Solution, Vec<Bottom>), Error> {
         bottoms
     };
     let mut tried: Vec<(f64, [f64; 2], DVector<f64>)> = Vec::new();
-    // One side after the other: both alike, then each for the best of the other; the last one is that it is not reached.
+    // One side after the other: both alike, then each for the best of the other; the last one is that it is not
+    // reached.
     let alike = STARTS.map(|clearance| [clearance; 2]);
     let mut places: Vec<[f64; 2]> = alike[..STARTS.len() - 1].to_vec();
     for side in [1, 0, 1] {

@@ -18,7 +18,8 @@ pub enum Effect {
     Viscous,
     /// A force in proportion to the cube of the displacement; its value at the amplitude.
     Hardening,
-    /// A force in proportion to the square of the displacement, that is of one sign on both sides; its value at the amplitude.
+    /// A force in proportion to the square of the displacement, that is of one sign on both sides; its value at the
+    /// amplitude.
     Asymmetry,
     /// A force that grows in proportion to time; from the first to the last point.
     Drift,
