@@ -676,7 +676,7 @@ impl Libraries {
                             assert!(status >= 0, "mepc_friction: {status}");
                         }
                     }
-                    times[(way + round) % 2] = (now() - start);
+                    times[(way + round) % 2] = now() - start;
                 }
                 ratios.push(times[0] / times[1]);
                 std::mem::swap(&mut state0, &mut state1);

@@ -164,7 +164,8 @@ impl Iwan {
         friction * x.signum() + self.residual * x
     }
 
-    /// The force in the steady loop between -amplitude and +amplitude. Outside of the loop the curve of first loading goes on.
+    /// The force in the steady loop between -amplitude and +amplitude. Outside of the loop the curve of first loading
+    /// goes on.
     pub fn steady(&self, amplitude: f64, x: f64, direction: Direction) -> f64 {
         if x.abs() > amplitude {
             return self.first_loading(x);

@@ -262,7 +262,8 @@ impl Properties {
         if self.gcr > 0.0 {
             return Ok(self.gcr);
         }
-        if within(characteristic_length, LARGEST) && characteristic_length > 0.0 {
+        // By bits: a comparison with a NaN raises a flag that hosts trap.
+        if (1..=LARGEST.to_bits()).contains(&characteristic_length.to_bits()) {
             let gcr = self.fraction * characteristic_length;
             if (1.0 / LARGEST..=LARGEST).contains(&gcr) {
                 return Ok(gcr);

@@ -595,10 +595,22 @@ mod c_interface {
         let o = out.as_mut_ptr();
         // SAFETY: null pointers are what is tested; the others are as long as said.
         unsafe {
-            assert_eq!(mepc_iwan_identify(n, null(), f, 0, o, null_mut(), null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(n, x, null(), 0, o, null_mut(), null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(n, x, f, 0, null_mut(), null_mut(), null_mut()), -1);
-            assert_eq!(mepc_iwan_identify(-1, x, f, 0, o, null_mut(), null_mut()), -4);
+            assert_eq!(
+                mepc_iwan_identify(n, null(), f, 0, o, null_mut(), null_mut()),
+                -1
+            );
+            assert_eq!(
+                mepc_iwan_identify(n, x, null(), 0, o, null_mut(), null_mut()),
+                -1
+            );
+            assert_eq!(
+                mepc_iwan_identify(n, x, f, 0, null_mut(), null_mut(), null_mut()),
+                -1
+            );
+            assert_eq!(
+                mepc_iwan_identify(-1, x, f, 0, o, null_mut(), null_mut()),
+                -4
+            );
             let up = [1i8; 100];
             let b = up.as_ptr();
             let p = TRUTH.as_ptr();

@@ -225,10 +225,6 @@ impl Worst {
                 (response.dtraction_dpressure[i] - expected.by_pressure[i]).abs(),
             );
             for j in 0..N {
-                // kernel: plane.rs at rest, see at_rest_everything_sticks.
-                if N == 2 && *d == [0.0; N] {
-                    continue;
-                }
                 let error = response.dtraction_dslip[(i, j)] - expected.by_slip[i][j];
                 worst(&mut self.by_slip, error.abs() / stiffness);
             }
@@ -271,8 +267,8 @@ fn compared<const N: usize>(rooms: [usize; 2], count: usize) {
             worst.traction < 1e-12 && worst.stored < 1e-12,
             "{props:?}: {worst:?}"
         );
-        // Both take means where a segment is short, but at other lengths.
-        assert!(worst.dissipated < 1e-11, "{props:?}: {worst:?}");
+        // Over narrow segments the kernel takes differences of F and L where the oracle integrates.
+        assert!(worst.dissipated < 1e-9, "{props:?}: {worst:?}");
         assert!(
             worst.by_slip < 1e-9 && worst.by_pressure < 1e-9 && worst.knots < 1e-12,
             "{props:?}: {worst:?}"

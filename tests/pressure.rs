@@ -47,8 +47,7 @@ fn v11a_held_slip() {
     }
 }
 
-/// 11b: the ripple. The first fall counts, and the next thousand cycles nothing. Without the cure (what merely comes back
-/// to its limit sticks: step 2 of the algorithm) the traction wears off by some per cent of T.
+/// 11b: the ripple. The first fall counts, and the next thousand cycles nothing.
 #[test]
 fn v11b_ripple() {
     for (chi, first, later) in [

@@ -4,7 +4,8 @@ mod rig;
 
 use mepc::iwan::{Effect, Identification, NAMES, Options, Record, Warning, identify};
 use rig::{
-    AMPLITUDE, T_MAX, TRUTH, TURN, friction, joint, joint_of, noisy, play, ramps, sine, stop, velocity,
+    AMPLITUDE, T_MAX, TRUTH, TURN, friction, joint, joint_of, noisy, play, ramps, sine, stop,
+    velocity,
 };
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
@@ -17,14 +18,23 @@ fn identified(x: &[f64], force: &[f64], options: &Options) -> Identification {
 /// What is found in the steady part of a harmonic record, with 1 % noise.
 fn steady(force: &[f64], seed: u64) -> Identification {
     let x = sine(force.len() / TURN);
-    identified(&x[TURN..], &noisy(force, 0.01, seed)[TURN..], &Options::default())
+    identified(
+        &x[TURN..],
+        &noisy(force, 0.01, seed)[TURN..],
+        &Options::default(),
+    )
 }
 
 fn near(found: &Identification, bounds: [f64; 4]) {
     for (k, value) in found.fit.joint.parameters().into_iter().enumerate() {
         let scale = if k == 3 { 1.0 } else { TRUTH[k] };
         let error = (value - TRUTH[k]).abs() / scale;
-        assert!(error < bounds[k], "{} {value}: {:?}", NAMES[k], found.fit.warnings);
+        assert!(
+            error < bounds[k],
+            "{} {value}: {:?}",
+            NAMES[k],
+            found.fit.warnings
+        );
     }
 }
 
@@ -37,7 +47,10 @@ fn refused(force: &[f64], reason: &str) -> Identification {
     for seed in SEEDS {
         let found = steady(force, seed);
         let reasons = found.fit.reasons();
-        assert!(reasons.contains(&reason), "{reason}, seed {seed}: {reasons:?}");
+        assert!(
+            reasons.contains(&reason),
+            "{reason}, seed {seed}: {reasons:?}"
+        );
         assert!(!found.fit.is_reliable());
         last = Some(found);
     }
@@ -79,7 +92,10 @@ fn good_loops(seeds: u64) {
         println!("{name}: of {seeds} {alarms} not certified, {lags} with a lag, {outside} outside");
         let most = (seeds / 500) as u32;
         assert!(alarms <= most && lags <= most, "{name}: {alarms} {lags}");
-        assert!(f64::from(outside) <= 0.02 * seeds as f64, "{name}: {outside}");
+        assert!(
+            f64::from(outside) <= 0.02 * seeds as f64,
+            "{name}: {outside}"
+        );
     }
 }
 
@@ -105,7 +121,10 @@ fn growing_amplitude() {
         assert!(found.fit.is_reliable(), "{:?}", found.fit.warnings);
         assert_eq!(found.record.points(), x.len());
         let told = found.fit.warnings.iter().map(ToString::to_string);
-        assert!(told.into_iter().any(|words| words.contains("the amplitude grows: 6 cycles")));
+        assert!(
+            told.into_iter()
+                .any(|words| words.contains("the amplitude grows: 6 cycles"))
+        );
 
         let record = Record::new(&x, &force).expect("a record");
         let cycles = record.cycles();
@@ -154,7 +173,11 @@ fn fits_end_in_their_refinement() {
             }
             // A parabola about the least: both sides rise alike.
             assert!(rise.iter().all(|r| *r > 0.0), "{} {rise:?}", NAMES[k]);
-            assert!((rise[0] / rise[1] - 1.0).abs() < 0.05, "{} {rise:?}", NAMES[k]);
+            assert!(
+                (rise[0] / rise[1] - 1.0).abs() < 0.05,
+                "{} {rise:?}",
+                NAMES[k]
+            );
         }
     }
 }
@@ -209,7 +232,9 @@ fn bearing_is_found_and_fitted() {
         ([0.015, 0.015], 3e3),
     ] {
         let pairs = clean.iter().zip(&x);
-        let force: Vec<f64> = pairs.map(|(t, &x)| t + stop(x, clearances, stiffness)).collect();
+        let force: Vec<f64> = pairs
+            .map(|(t, &x)| t + stop(x, clearances, stiffness))
+            .collect();
         for seed in SEEDS {
             let found = steady(&force, seed);
             let reasons = found.fit.reasons();
@@ -226,7 +251,10 @@ fn bearing_is_found_and_fitted() {
             for (clearance, truth) in springs.clearances.iter().zip(clearances) {
                 assert_eq!(clearance.is_some(), truth < AMPLITUDE);
                 if let Some(clearance) = clearance {
-                    assert!((clearance.value - truth).abs() < 6e-4, "{clearance:?} {truth}");
+                    assert!(
+                        (clearance.value - truth).abs() < 6e-4,
+                        "{clearance:?} {truth}"
+                    );
                 }
             }
         }
@@ -236,7 +264,10 @@ fn bearing_is_found_and_fitted() {
         lag: None,
         stop: true,
     };
-    near(&identified(&x[TURN..], &noisy(&clean, 0.01, 1)[TURN..], &with), BOUNDS.map(|b| 2.0 * b));
+    near(
+        &identified(&x[TURN..], &noisy(&clean, 0.01, 1)[TURN..], &with),
+        BOUNDS.map(|b| 2.0 * b),
+    );
 }
 
 /// Play, one more unknown, is named, and the extended model has the parameters.
@@ -292,8 +323,9 @@ fn hardening_is_named() {
     bilinear[3] = -1.5;
     for parameters in [TRUTH, bilinear] {
         let pairs = joint_of(parameters, &x).into_iter().zip(&x);
-        let force: Vec<f64> =
-            pairs.map(|(t, x)| t + 0.1 * T_MAX * (x / AMPLITUDE).powi(3)).collect();
+        let force: Vec<f64> = pairs
+            .map(|(t, x)| t + 0.1 * T_MAX * (x / AMPLITUDE).powi(3))
+            .collect();
         let found = refused(&force, "hardening");
         let size = size(&found, Effect::Hardening);
         assert!((size / (0.1 * T_MAX) - 1.0).abs() < 0.2, "{size}");
@@ -315,7 +347,16 @@ fn drift_change_and_cracks_are_named() {
     for size in [0.03, 0.1] {
         refused(&each(&|i, t| t + size * T_MAX * part(i)), "drift");
         refused(&each(&|i, t| t * (1.0 - 2.0 * size * part(i))), "change");
-        refused(&each(&|i, t| if x[i] < 0.0 { t * (1.0 - 2.0 * size) } else { t }), "branches");
+        refused(
+            &each(&|i, t| {
+                if x[i] < 0.0 {
+                    t * (1.0 - 2.0 * size)
+                } else {
+                    t
+                }
+            }),
+            "branches",
+        );
     }
     // A drift that moves no parameter is none.
     let small = steady(&each(&|i, t| t + 0.003 * T_MAX * part(i)), 1);
@@ -329,7 +370,11 @@ fn an_exponential_plateau_is_no_lack_of_gross_slip() {
     for length in [0.02, 0.05, 0.1] {
         let length = length * AMPLITUDE;
         let shape = friction(&x, length, 12.0, |r| (-r).exp());
-        let force: Vec<f64> = shape.iter().zip(&x).map(|(t, x)| TRUTH[0] * t + TRUTH[2] * x).collect();
+        let force: Vec<f64> = shape
+            .iter()
+            .zip(&x)
+            .map(|(t, x)| TRUTH[0] * t + TRUTH[2] * x)
+            .collect();
         for seed in SEEDS {
             let found = steady(&force, seed);
             let reasons = found.fit.reasons();
@@ -338,7 +383,10 @@ fn an_exponential_plateau_is_no_lack_of_gross_slip() {
             assert!((joint.force / TRUTH[0] - 1.0).abs() < 0.02, "{joint:?}");
             assert!((joint.residual / TRUTH[2] - 1.0).abs() < 0.05, "{joint:?}");
             let stick = TRUTH[0] / length + TRUTH[2];
-            assert!((joint.stick_stiffness() / stick - 1.0).abs() < 0.1, "{joint:?}");
+            assert!(
+                (joint.stick_stiffness() / stick - 1.0).abs() < 0.1,
+                "{joint:?}"
+            );
         }
     }
 }
@@ -348,10 +396,18 @@ fn an_exponential_plateau_is_no_lack_of_gross_slip() {
 fn a_parameter_at_its_bound_is_a_reason() {
     let x = sine(5);
     let shape = friction(&x, 0.05 * AMPLITUDE, 12.0, |r| (-r).exp());
-    let force: Vec<f64> = shape.iter().zip(&x).map(|(t, x)| TRUTH[0] * t + TRUTH[2] * x).collect();
+    let force: Vec<f64> = shape
+        .iter()
+        .zip(&x)
+        .map(|(t, x)| TRUTH[0] * t + TRUTH[2] * x)
+        .collect();
     let found = identified(&x[TURN..], &force[TURN..], &Options::default());
     let at_bound = |w: &Warning| matches!(w, Warning::ChiAtBound(_));
-    assert!(found.fit.warnings.iter().any(at_bound), "{:?}", found.fit.warnings);
+    assert!(
+        found.fit.warnings.iter().any(at_bound),
+        "{:?}",
+        found.fit.warnings
+    );
     assert!(found.fit.reasons().contains(&"bound"));
 }
 

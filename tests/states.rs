@@ -372,7 +372,7 @@ fn averaged_and_foreign_states_are_refused_with_words() {
     let mut other = Point::<2>::new(&unit(2.5));
     other.move_to([0.3, 0.0], 1.0);
     for (mean, other) in averaged.iter_mut().zip(&other.state) {
-        *mean = *mean + 0.5 * other;
+        *mean += 0.5 * other;
     }
     refusal(&point, &averaged, "a mean of two");
     for layout in [1.0, 3.0, 2.5] {

@@ -66,6 +66,35 @@ fn first_loading_has_a_closed_form() {
     }
 }
 
+/// A trap: a loop that closes almost exactly puts the front on a knot, and the secant between them is rounding. The stiffness along
+/// the line is that of the branch inside or of the branch outside, or between them.
+#[test]
+fn a_front_on_a_knot() {
+    for props in [unit(2.5), consistent(&unit(1.5))] {
+        let chi = props[2];
+        let slope = |r: f64| chi * (1.0 - r).powf(chi - 1.0);
+        for direction in [[1.0, 0.0], [0.6, -0.8]] {
+            for size in [0.4, 0.31, 1e-3] {
+                for beside in [0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-10, 1e-9] {
+                    for d in [size * (1.0 + beside), size * (1.0 - beside)] {
+                        let mut point = Point::<2>::new(&props);
+                        point.step(direction.map(|x| 0.5 * x), 1.0);
+                        point.step(direction.map(|x| -size * x), 1.0);
+                        let tangent = point.trial(direction.map(|x| d * x), 1.0).0.dtraction_dslip;
+                        let n = Vector::from(direction);
+                        let along = n.dot(&(tangent * n));
+                        let (outside, inside) = (slope(0.5), slope(0.5 * size));
+                        assert!(
+                            along > outside - 1e-6 && along < inside + 1e-6,
+                            "size {size}, beside {beside:e}: {along}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Gross slip that turns: all elements lie on their limits, and the front elements turn together; nothing of it is noise.
 #[test]
 fn elements_that_move_along_their_limits_turn_together() {

@@ -10,7 +10,7 @@ use crate::units::{Force, Length};
 use crate::{Outcome, check_outputs, loops, print, say, write, wrong_use};
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
-use mepc::iwan::{CORRELATED, Fit, ILL, Options, Record, Warning, identify};
+use mepc::iwan::{CORRELATED, Effect, Fit, ILL, Options, Record, Warning, identify};
 use serde_json::{Value, json};
 use sprung::{Sprung, SprungFit};
 use std::fmt::Write as _;
@@ -25,10 +25,12 @@ const USUAL: f64 = 2.5;
 const CHI_RANGE: [f64; 2] = [1.1, 8.0];
 const SECTIONS: usize = 14;
 const GOLDEN: f64 = 0.618_033_988_75;
-/// An exponent is another one when its sum of squares is so many variances above the least (chance: once in 1000), and its
-/// residual greater by this part of T_max.
+/// An exponent is another one when its sum of squares is so many variances above the least (chance: once in 1000), and
+/// its residual greater by this part of T_max.
 const ANOTHER: f64 = 10.8;
 const MATTERS: f64 = 5e-4;
+/// A lag is shown when the sum of squares without it is so many variances more.
+const LAG_SHOWN: f64 = 20.0;
 /// Friction coefficients outside of this are none of dry contact.
 const COEFFICIENTS: [f64; 2] = [0.01, 2.0];
 /// Preloads that differ by less than this part are the same.
@@ -39,10 +41,10 @@ const POWER_STEPS: usize = 300;
 
 /// From measured loops to the properties of the contact law (mu, gcr, chi) and the series stiffness K_e.
 ///
-/// The joint is taken as contact of one preload behind a spring K_e (the plates), with a spring k_alpha beside (the bolt). One
-/// loop gives mu P, the displacement X_s = gcr + F_s/K_e, and k_alpha; gcr and K_e come apart only through the shape of the
-/// loop, and there the exponent chi of the contact must be known. Loops at two or more preloads separate them by the slope of X_s
-/// over F_s, and from three on they tell how gcr moves with the pressure.
+/// The joint is taken as contact of one preload behind a spring K_e (the plates), with a spring k_alpha beside (the
+/// bolt). One loop gives mu P, the displacement X_s = gcr + F_s/K_e, and k_alpha; gcr and K_e come apart only through
+/// the shape of the loop, and there the exponent chi of the contact must be known. Loops at two or more preloads
+/// separate them by the slope of X_s over F_s, and from three on they tell how gcr moves with the pressure.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -184,9 +186,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .map(|file| {
             let name = file.display().to_string();
             let record = arguments.columns.read(file)?.record()?;
-            let found = identify(record, &Options::default())
-                .map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
-            Ok((name, found.record, found.fit))
+            let (record, fit) =
+                judged(record).map_err(|error| anyhow!("{name}: {}", crate::sentence(&error)))?;
+            Ok((name, record, fit))
         })
         .collect::<Result<_>>()?;
     let exponent = exponent_of(&loops, arguments.chi);
@@ -233,6 +235,38 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         Outcome::Flagged
     })
+}
+
+/// A loop as [`identify`] judges it. A contact behind a spring is not quite a joint of four parameters, and a lag may
+/// seem to make up for that: it is taken out only where such a contact does not describe the loop as well.
+fn judged(record: Record) -> Result<(Record, Fit), mepc::Error> {
+    let found = identify(record.clone(), &Options::default())?;
+    if found.lag.is_none() {
+        return Ok((found.record, found.fit));
+    }
+    let options = Options {
+        lag: Some(0.0),
+        ..Options::default()
+    };
+    let mut with_lag = identify(record, &options)?;
+    let contact = EXPONENTS
+        .map(|chi| Sprung::new(&with_lag.record, chi).mean_square(&with_lag.fit))
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let shown = 1.0 + LAG_SHOWN / with_lag.record.points() as f64;
+    if contact > shown * found.fit.rms.powi(2) {
+        return Ok((found.record, found.fit));
+    }
+    with_lag.fit.warnings.retain(|warning| {
+        !matches!(
+            warning,
+            Warning::LeftOut {
+                effect: Effect::Lag,
+                ..
+            }
+        )
+    });
+    Ok((with_lag.record, with_lag.fit))
 }
 
 /// The exponent that is asked for, or the usual one if the loops allow it, or theirs.
@@ -337,8 +371,8 @@ fn drawn(record: &Record, case: &Case) -> Result<[Vec<[f64; 2]>; 2]> {
     Ok([data.collect(), law])
 }
 
-/// Standard error of the sum of `weights` times what each loop says. A loop is as uncertain as its own fit says, or as the loops
-/// scatter about what they have in common (`residuals` of so many unknowns), whichever is more.
+/// Standard error of the sum of `weights` times what each loop says. A loop is as uncertain as its own fit says, or as
+/// the loops scatter about what they have in common (`residuals` of so many unknowns), whichever is more.
 fn standard_error(weights: &[f64], variances: &[f64], residuals: &[f64], unknowns: usize) -> f64 {
     let scatter = match residuals.len().saturating_sub(unknowns) {
         0 => 0.0,
@@ -359,8 +393,8 @@ struct Estimate {
 }
 
 impl Estimate {
-    /// Least squares through the origin for what the loops say as a multiple of `along`; the variance is that of the quantity
-    /// with these derivatives.
+    /// Least squares through the origin for what the loops say as a multiple of `along`; the variance is that of the
+    /// quantity with these derivatives.
     fn multiple(
         cases: &[Case],
         along: fn(&Case) -> f64,
@@ -408,7 +442,8 @@ impl Estimate {
             .iter()
             .map(|c| c.sprung.displacement() - intercept - slope * c.sprung.force)
             .collect();
-        // Both X_s = gcr + F_s/K_e and F_s of a loop are uncertain: what counts is how far they lead off the line together.
+        // Both X_s = gcr + F_s/K_e and F_s of a loop are uncertain: what counts is how far they lead off the line
+        // together.
         let variances: Vec<f64> = cases
             .iter()
             .map(|Case { sprung, .. }| {

@@ -18,9 +18,9 @@ use std::path::PathBuf;
 
 /// Identify the four parameters of the improved Iwan model from a measured hysteresis loop.
 ///
-/// The file holds cycles of one or of several amplitudes in the order of time, about any centre, with noise in the force.
-/// Reversals are found in the data; where the amplitude changes, all cycles are in one fit. A time lag between displacement and
-/// force is found and taken out. Whether the model describes the loop is judged.
+/// The file holds cycles of one or of several amplitudes in the order of time, about any centre, with noise in the
+/// force. Reversals are found in the data; where the amplitude changes, all cycles are in one fit. A time lag between
+/// displacement and force is found and taken out. Whether the model describes the loop is judged.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -53,13 +53,15 @@ pub struct Arguments {
     /// Use these rows only, counted from 1 where the numbers begin, as if the file had no others.
     #[arg(long, value_name = "A:B", value_parser = rows)]
     rows: Option<Range<usize>>,
-    /// The displacement is late by so many samples (0: leave a lag) [default: found, and taken out where it is significant].
+    /// The displacement is late by so many samples (0: leave a lag) [default: found, and taken out where it is
+    /// significant].
     #[arg(long, value_name = "SAMPLES", allow_negative_numbers = true, value_parser = numbers::argument)]
     lag: Option<f64>,
     /// The paper's procedure: the data leave the residual line where they are away from it by this part of F_s.
     #[arg(long, value_name = "PART", default_value_t = PAPER_TOLERANCE, value_parser = part)]
     tolerance: f64,
-    /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones (least squares only).
+    /// Standard errors and 95 % intervals from so many resampled loops instead of the linearised ones (least squares
+    /// only).
     #[arg(long, value_name = "N", value_parser = |text: &str| numbers::whole::<u32>(text, 20..=100_000))]
     bootstrap: Option<u32>,
     /// Seed of the resampling.
@@ -259,8 +261,8 @@ fn read(arguments: &Arguments, file: &str) -> Result<(Record, Units)> {
     Ok((record, units))
 }
 
-/// Replaces standard errors and intervals by those of refitted loops: the fit plus residuals drawn in blocks, so that what is
-/// alike in neighbours stays so.
+/// Replaces standard errors and intervals by those of refitted loops: the fit plus residuals drawn in blocks, so that
+/// what is alike in neighbours stays so.
 fn resample(record: &Record, fit: &mut Fit, arguments: &Arguments, count: u32) -> Result<()> {
     let points = fit.residuals.len();
     // The exponent 1/3 balances what is lost inside the blocks against how many there are.

@@ -564,7 +564,7 @@ fn replay_says_what_is_wrong() {
             &["point", "good.csv", "--props", "-1,1"],
             &[],
             1,
-            "--props: bad property: PROPS(1) mu = -1.0: must be finite and >= 0\n".to_string(),
+            "--props: bad property: PROPS(1) mu = -1.0: must be from 0 to 1e100\n".to_string(),
         ),
     ];
     for (arguments, more, code, words) in cases {

@@ -4,7 +4,6 @@
 Read this one first. structure.py has the elastic bodies; the law is the package mepc."""
 
 import sys
-import time
 from dataclasses import dataclass, field
 
 from mpi4py import MPI
@@ -56,7 +55,6 @@ class Contact:
         for name, part in structure.parts.items():
             self.offset[part] = model.offset.get(name, 0.0)
             self.tightened[part] = -1.0 if name == model.tightened else 0.0
-        self.seconds = 0.0
 
     def virgin(self):
         return np.zeros((len(self.offset), self.nstate))
@@ -69,7 +67,6 @@ class Contact:
 
     def evaluate(self, opening, state):
         """Traction, tangent, new state, energy of all own pairs; raises MepcError with the number of the own pair."""
-        began = time.perf_counter()
         points = len(opening)
         traction, tangent = np.empty((points, 3)), np.empty((points, 3, 3))
         new, energy = np.empty_like(state), np.empty((points, 2))
@@ -79,9 +76,6 @@ class Contact:
                 traction[part], tangent[part], new[part], energy[part] = end.traction, end.tangent, end.state, end.energy
             except MepcError as refused:
                 raise MepcError(str(refused), refused.status, part.start + refused.point) from None
-            finally:
-                self.seconds += time.perf_counter() - began
-                began = time.perf_counter()
         return traction, tangent, new, energy
 
     def column(self, name):

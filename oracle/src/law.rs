@@ -12,9 +12,6 @@
 //! G   = G_old (T / T_old)^(1/chi)  consistent rule; gcr proportional     (3) critical slip
 //! ```
 
-// Components by index, as in the equations.
-#![expect(clippy::needless_range_loop)]
-
 use crate::limit::Limit;
 use crate::{Backbone, Status, quadrature::integrate};
 
@@ -384,7 +381,7 @@ impl Law {
         for (k, node) in nodes.iter().enumerate() {
             let (below, above) = (secants[k], secants[k + 1]);
             let slope = curve.slope(node.r);
-            for i in 0..2 {
+            for i in [0, 1] {
                 let mut moving = slopes[k + 1][i] * (slope - above);
                 if k > 0 {
                     moving += slopes[k][i] * (below - slope);
@@ -636,7 +633,7 @@ impl Path {
                 by_growth
             };
             let longer = f64::from(u8::from(j == 2)) - node.dx[j];
-            for i in 0..2 {
+            for i in [0, 1] {
                 end.du[i][j] = end.n[i] * longer + across_n[i] * turn;
             }
         }

@@ -136,7 +136,9 @@ impl Routine for Arguments {
                     law.friction_from(&mut start, gcr, &slip, pressure, factor, &mut end)?
                 }
                 other => {
-                    return Err(Error::about(Kind::BadInput, "LM", "must be 0, 1 or 2").count(other));
+                    return Err(
+                        Error::about(Kind::BadInput, "LM", "must be 0, 1 or 2").count(other)
+                    );
                 }
             };
             *self.lm = if lm == OPEN { OPEN } else { SLIPPING };

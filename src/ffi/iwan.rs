@@ -2,8 +2,8 @@
 // Array sizes in square brackets, as C documents them, are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-use super::guard;
 use super::arguments::{array, null, write};
+use super::guard;
 use super::native::{MEPC_NOT_DESCRIBED, remember, status};
 use crate::error::{Error, Kind};
 use crate::iwan::{Direction, Iwan, Options, PAPER_TOLERANCE, Record, identify};
@@ -25,10 +25,10 @@ fn points(n: i64) -> Result<usize, Error> {
 
 /// The improved four-parameter Iwan model of a joint: forces of its steady loop.
 ///
-/// params: [4] F_s (force at gross slip), X_s (displacement at gross slip), k_alpha (residual stiffness), kappa (exponent;
-/// chi = 5/2 + kappa >= 1). amplitude: of the loop, > 0.
-/// displacement: [n]; branch: [n] +1 while the displacement grows, -1 while it falls. Beyond the amplitude the curve of
-/// first loading goes on. force: [n], with the sign of the displacement; may be the array displacement itself.
+/// params: [4] F_s (force at gross slip), X_s (displacement at gross slip), k_alpha (residual stiffness), kappa
+/// (exponent; chi = 5/2 + kappa >= 1). amplitude: of the loop, > 0. displacement: [n]; branch: [n] +1 while the
+/// displacement grows, -1 while it falls. Beyond the amplitude the curve of first loading goes on. force: [n], with the
+/// sign of the displacement; may be the array displacement itself.
 ///
 /// Returns 0, or MEPC_NULL_POINTER, MEPC_BAD_PROPERTY (params), MEPC_BAD_INPUT.
 ///
@@ -98,17 +98,16 @@ pub unsafe extern "C" fn mepc_iwan_force(
 
 /// The four parameters of the improved Iwan model from a measured loop.
 ///
-/// displacement, force: [n] in the order of time, cycles of one or of several amplitudes about any centre; reversals are found
-/// in the data, noise is allowed. A time lag between the two is found and taken out.
-/// method: 0 least squares over all branches at once, 1 the paper's own procedure (residual line, where the data leave it,
-/// exponent by logarithms: rougher).
-/// params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL. misfit: root mean square residual
-/// over the force at the amplitude, or NULL.
+/// displacement, force: [n] in the order of time, cycles of one or of several amplitudes about any centre; reversals
+/// are found in the data, noise is allowed. A time lag between the two is found and taken out. method: 0 least squares
+/// over all branches at once, 1 the paper's own procedure (residual line, where the data leave it, exponent by
+/// logarithms: rougher). params: [4] receives F_s, X_s, k_alpha, kappa. standard_errors: [4] of the same, or NULL.
+/// misfit: root mean square residual over the force at the amplitude, or NULL.
 ///
-/// A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT, as is one that turns the
-/// wrong way, or that only a friction of more than twice the measured forces would resemble (viscous damping).
-/// Returns 0, MEPC_NOT_DESCRIBED (outputs are written, and must not be used without a look at the loop), or MEPC_NULL_POINTER,
-/// MEPC_BAD_INPUT (nothing is written; mepc_last_error tells what is wrong with the data).
+/// A loop that does not show gross slip cannot give these parameters and is refused with MEPC_BAD_INPUT, as is one that
+/// turns the wrong way, or that only a friction of more than twice the measured forces would resemble (viscous
+/// damping). Returns 0, MEPC_NOT_DESCRIBED (outputs are written, and must not be used without a look at the loop), or
+/// MEPC_NULL_POINTER, MEPC_BAD_INPUT (nothing is written; mepc_last_error tells what is wrong with the data).
 ///
 /// # Safety
 /// Arrays are as long as described.

@@ -37,7 +37,9 @@ pub(crate) fn guard<T>(body: impl FnOnce() -> Result<T, Error>) -> Result<T, Err
 
 #[cold]
 fn caught(payload: &(dyn Any + Send)) -> Error {
-    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_string());
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_string());
     let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
     let text = text.unwrap_or_else(|| "panic without a message".to_string());
     Error::new(Kind::Internal, text)

@@ -1,7 +1,9 @@
-//! What the model leaves out: a time lag between the channels, backlash, a viscous part, and other forces of one more unknown.
+//! What the model leaves out: a time lag between the channels, backlash, a viscous part, and other forces of one more
+//! unknown.
 //!
-//! Each is added to the four-parameter model; the one that lowers the sum of squares most is kept, then a further one is tried.
-//! Lag and backlash change the displacement, so that reversals and branches are found anew for every value that is tried.
+//! Each is added to the four-parameter model; the one that lowers the sum of squares most is kept, then a further one
+//! is tried. Lag and backlash change the displacement, so that reversals and branches are found anew for every value
+//! that is tried.
 
 use super::fit::{Estimate, Fit, Loop, ROUNDING, Solution, UNKNOWNS, fit_of, unknowns};
 use super::least_squares::{Minimum, ROUGH, minimise};
@@ -19,16 +21,18 @@ const PROMISING: f64 = 8.0;
 const MOST_LEFT: f64 = 0.01;
 /// At most so many effects together.
 const MOST: usize = 2;
-/// The sum of squares falls by so many variances: chance does it once in 10^5 times.
+/// The sum of squares falls by so many variances: chance does it once in 10^5 times. For a lag, which is taken out,
+/// more: a loop that is not quite of the model has a part of one by chance.
 const SIGNIFICANT: f64 = 20.0;
-/// What an effect takes from the residuals, root mean square over T: less is of no matter. A lag of this size moves kappa by less
-/// than .01.
+const LAG_SIGNIFICANT: f64 = 30.0;
+/// What an effect takes from the residuals, root mean square over T: less is of no matter. A lag of this size moves
+/// kappa by less than .01.
 const MATTERS: f64 = 1e-3;
 const LAG_MATTERS: f64 = 3e-4;
 /// Effects explain the residuals when no more than this part of the shape (of its square) is left.
 const LEFT: f64 = 0.25;
-/// An effect makes the parameters unfit when it takes this part of T_max from the residuals, root mean square, or moves F_s, X_s,
-/// k_alpha (parts) or kappa by this much: half of what a loop with 1 % noise allows.
+/// An effect makes the parameters unfit when it takes this part of T_max from the residuals, root mean square, or moves
+/// F_s, X_s, k_alpha (parts) or kappa by this much: half of what a loop with 1 % noise allows.
 const TAKES: f64 = 5e-3;
 const MOVES: [f64; 4] = [0.01, 0.025, 0.025, 0.025];
 /// Greatest lag as a part of a cycle, greatest play as a part of the amplitude.
@@ -176,7 +180,9 @@ fn column(record: &Record, effect: Effect) -> Vec<f64> {
     };
     if effect == Effect::Viscous {
         let most = column.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        column.iter_mut().for_each(|v| *v /= most.max(f64::MIN_POSITIVE));
+        column
+            .iter_mut()
+            .for_each(|v| *v /= most.max(f64::MIN_POSITIVE));
     }
     column
 }
@@ -245,7 +251,8 @@ impl Search<'_> {
         best
     }
 
-    /// What a small lag or play does to the force, as a column: the force at the parameters of `base` with the displacement moved.
+    /// What a small lag or play does to the force, as a column: the force at the parameters of `base` with the
+    /// displacement moved.
     fn first_order(&self, base: &Solved, effect: Effect) -> Vec<f64> {
         const STEP: f64 = 1e-4;
         let record = &base.record;
@@ -342,9 +349,7 @@ impl Search<'_> {
         };
         // The sum of squares is a parabola there.
         let rise = [-step, step].map(|change| {
-            changed(change).map_or(f64::NAN, |other| {
-                self.gain(other.square, solved).max(0.0)
-            })
+            changed(change).map_or(f64::NAN, |other| self.gain(other.square, solved).max(0.0))
         });
         let rise = 0.5 * (rise[0] + rise[1]);
         Estimate {
@@ -374,7 +379,11 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
         let problem = search.problem(&solved.record, &solved.model);
         let solution = Solution::new(&problem, solved.minimum.clone())?;
         let rounding = ROUNDING * problem.unit;
-        Ok(Residuals::new(&solved.record, &solution.residuals, rounding))
+        Ok(Residuals::new(
+            &solved.record,
+            &solution.residuals,
+            rounding,
+        ))
     };
     let before = shape(&none)?;
     let unit = record.force_unit();
@@ -393,12 +402,12 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
             .filter_map(|effect| search.with(&best, effect))
             .min_by(|a, b| a.square.total_cmp(&b.square));
         let Some(next) = next else { break };
-        let matters = match next.model.has.last() {
-            Some(Effect::Lag) => LAG_MATTERS,
-            _ => MATTERS,
+        let (matters, significant) = match next.model.has.last() {
+            Some(Effect::Lag) => (LAG_MATTERS, LAG_SIGNIFICANT),
+            _ => (MATTERS, SIGNIFICANT),
         };
         let fell = (best.square - next.square).max(0.0).sqrt();
-        if search.gain(best.square, &next) < SIGNIFICANT || fell < matters * unit {
+        if search.gain(best.square, &next) < significant || fell < matters * unit {
             break;
         }
         best = next;
@@ -414,7 +423,11 @@ pub(super) fn found(whole: &Record, fit: &Fit, with_lag: bool) -> Result<Option<
         let size = match best.model.forces.iter().position(|e| *e == effect) {
             Some(k) => solution.estimate(UNKNOWNS + k, problem.unit),
             None => {
-                let samples = if effect == Effect::Lag { stride as f64 } else { 1.0 };
+                let samples = if effect == Effect::Lag {
+                    stride as f64
+                } else {
+                    1.0
+                };
                 let estimate = search.estimate(&best, effect);
                 Estimate {
                     value: estimate.value * samples,

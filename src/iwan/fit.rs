@@ -1,8 +1,9 @@
 //! Least squares over all branches at once, and what the data can tell about each parameter.
 //!
-//! The unknowns are F_s / T, ln(X_s / A), chi, k_alpha A / T and the mean force over T, which a real record has and nobody wants
-//! to know (T and A: [`super::masing`]). Given X_s and chi the others are linear. X_s and kappa lie in a long and narrow valley:
-//! its bottom, the best chi for each of many X_s with the linear unknowns eliminated, tells where to start.
+//! The unknowns are F_s / T, ln(X_s / A), chi, k_alpha A / T and the mean force over T, which a real record has and
+//! nobody wants to know (T and A: [`super::masing`]). Given X_s and chi the others are linear. X_s and kappa lie in a
+//! long and narrow valley: its bottom, the best chi for each of many X_s with the linear unknowns eliminated, tells
+//! where to start.
 
 use super::least_squares::{
     EXACT, Minimum, Problem, correlation, inflation, minimise, rough_search, search, search_stride,
@@ -46,6 +47,8 @@ const NOISY: f64 = 0.003;
 const LIKELY: f64 = 3.841_459;
 /// A plateau is plain where at this part of the branch no more than that part of F_s is missing.
 const PLAIN: [f64; 2] = [0.8, 0.001];
+/// A side is reached where the clearance ends so many standard errors before the amplitude.
+const PLAINLY: f64 = 4.0;
 /// Residuals below this part of the force range are rounding.
 pub(super) const ROUNDING: f64 = 1e-7;
 /// Unknowns of the curve, and of a fit without more.
@@ -203,8 +206,8 @@ impl Solution {
     }
 }
 
-/// Standard errors of the unknowns. One that stands at a bound, as a clearance that is never reached does, has no influence and
-/// stays out.
+/// Standard errors of the unknowns. One that stands at a bound, as a clearance that is never reached does, has no
+/// influence and stays out.
 fn covariance_errors(problem: &Loop, minimum: &Minimum, variance: f64) -> Vec<f64> {
     let all = minimum.parameters.len();
     let inside: Vec<usize> = (0..all)
@@ -228,8 +231,8 @@ fn covariance_errors(problem: &Loop, minimum: &Minimum, variance: f64) -> Vec<f6
 }
 
 impl Record {
-    /// The four parameters by least squares over all branches at once, without the judgement of [`super::identify`] on whether the
-    /// model describes the loop.
+    /// The four parameters by least squares over all branches at once, without the judgement of [`super::identify`] on
+    /// whether the model describes the loop.
     ///
     /// The standard errors take the residuals for noise in the force; when neighbouring residuals are alike they are
     /// enlarged for the smaller number of independent ones.
@@ -247,8 +250,8 @@ impl Record {
         Ok(fit)
     }
 
-    /// Least squares from known parameters, for data that differ little from those that gave them (resampling): nothing is
-    /// searched, and no warnings are looked for.
+    /// Least squares from known parameters, for data that differ little from those that gave them (resampling): nothing
+    /// is searched, and no warnings are looked for.
     ///
     /// # Errors
     /// As [`Record::least_squares`].
@@ -312,8 +315,11 @@ pub(super) fn fit_of(problem: &Loop, solution: &Solution) -> Result<Fit, Error> 
     let stop = problem.stop.then(|| {
         let first = UNKNOWNS + problem.columns.len();
         let clearance = |k: usize| {
-            let reached = solution.minimum.normal[(first + k, first + k)] > 0.0;
-            reached.then(|| solution.estimate(first + k, amplitude))
+            let place = solution.estimate(first + k, amplitude);
+            // Noise alone leaves a clearance just below the amplitude.
+            let reached = solution.minimum.normal[(first + k, first + k)] > 0.0
+                && place.value + PLAINLY * place.error < amplitude;
+            reached.then_some(place)
         };
         Stop {
             clearances: [clearance(0), clearance(1)],
@@ -382,11 +388,9 @@ pub(super) fn warnings(
             branch.points().filter(slips).count()
         })
         .sum();
-    let plain = |log_x: f64, chi: f64| {
-        1.0 - shape(PLAIN[0] * (-log_x).exp(), chi)[0] <= PLAIN[1]
-    };
-    // Gross slip is shown when every curve without it, X_s from the amplitude on, fits worse than chance allows, or has a plain
-    // plateau as well.
+    let plain = |log_x: f64, chi: f64| 1.0 - shape(PLAIN[0] * (-log_x).exp(), chi)[0] <= PLAIN[1];
+    // Gross slip is shown when every curve without it, X_s from the amplitude on, fits worse than chance allows, or has
+    // a plain plateau as well.
     let rounding = problem.count() as f64 * ROUNDING * ROUNDING;
     let chance = LIKELY * solution.variance.max(rounding);
     let as_good_without = || {
@@ -611,7 +615,9 @@ mod tests {
             let at = DVector::from_column_slice(&[0.8, log_x, 1.7, 0.2, 0.01, 0.1, 0.5, 0.6, 0.4]);
             let collect = |at: &DVector<f64>| {
                 let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
-                problem.visit(at, 7, &mut |residual, row| all.push((residual, row.to_vec())));
+                problem.visit(at, 7, &mut |residual, row| {
+                    all.push((residual, row.to_vec()))
+                });
                 all
             };
             let here = collect(&at);
@@ -622,7 +628,11 @@ mod tests {
                 below[k] -= h;
                 for ((a, b), here) in collect(&above).iter().zip(collect(&below)).zip(&here) {
                     let slope = (a.0 - b.0) / (2.0 * h);
-                    assert!((slope - here.1[k]).abs() < 1e-7, "{k} {slope} {}", here.1[k]);
+                    assert!(
+                        (slope - here.1[k]).abs() < 1e-7,
+                        "{k} {slope} {}",
+                        here.1[k]
+                    );
                 }
             }
         }

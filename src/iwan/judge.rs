@@ -130,7 +130,9 @@ fn bears(record: &Record, fit: &Fit, found: Option<&effects::Found>) -> Result<b
     let better = found
         .filter(|found| found.explain)
         .is_none_or(|found| bearing.rms * bearing.rms < found.squares[1]);
-    let reached = bearing.stop.is_some_and(|stop| stop.clearances.iter().any(Option::is_some));
+    let reached = bearing
+        .stop
+        .is_some_and(|stop| stop.clearances.iter().any(Option::is_some));
     Ok(describes && better && reached)
 }
 

@@ -1,7 +1,7 @@
 //! Nonlinear least squares by Levenberg and Marquardt's method, for a handful of bounded parameters.
 //!
-//! The crate `levenberg-marquardt` was considered: it knows no bounds and keeps the derivatives of all residuals (m x n numbers,
-//! several times), where the normal equations here are summed over millions of points in n x n numbers.
+//! The crate `levenberg-marquardt` was considered: it knows no bounds and keeps the derivatives of all residuals (m x n
+//! numbers, several times), where the normal equations here are summed over millions of points in n x n numbers.
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
@@ -32,7 +32,8 @@ pub trait Problem {
 
 /// Steps after which the search ends in any case.
 const MAX_STEPS: usize = 200;
-/// A step that lowers the sum by less than this part has arrived: for parameters to all digits, and for sums to compare.
+/// A step that lowers the sum by less than this part has arrived: for parameters to all digits, and for sums to
+/// compare.
 pub const EXACT: f64 = 1e-15;
 /// See [`EXACT`].
 pub const ROUGH: f64 = 1e-9;
@@ -125,12 +126,14 @@ pub fn search_stride(problem: &impl Problem) -> usize {
 /// The sum of the squares of every `stride`-th residual.
 pub fn sum_of_squares(problem: &impl Problem, parameters: &DVector<f64>, stride: usize) -> f64 {
     let mut sum = 0.0;
-    problem.visit(parameters, stride, &mut |residual, _| sum += residual * residual);
+    problem.visit(parameters, stride, &mut |residual, _| {
+        sum += residual * residual
+    });
     sum
 }
 
-/// Correlation of neighbouring residuals within stretches of these lengths, that follow each other; none where all are smaller
-/// than `rounding`.
+/// Correlation of neighbouring residuals within stretches of these lengths, that follow each other; none where all are
+/// smaller than `rounding`.
 pub fn correlation(
     residuals: &[f64],
     stretches: impl IntoIterator<Item = usize>,
@@ -160,8 +163,8 @@ pub fn inflation(correlation: f64, count: usize) -> f64 {
     }
 }
 
-/// Least squares for `intercept_0`, `intercept_1` and a common slope: points (side, x, y). Returns the three, their standard
-/// errors and the root mean square of the residuals.
+/// Least squares for `intercept_0`, `intercept_1` and a common slope: points (side, x, y). Returns the three, their
+/// standard errors and the root mean square of the residuals.
 pub fn two_lines(
     points: impl Iterator<Item = (usize, f64, f64)> + Clone,
 ) -> Option<([f64; 3], [f64; 3], f64)> {

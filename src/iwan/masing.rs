@@ -1,7 +1,8 @@
 //! Masing's branches of any curve of first loading, as a least-squares problem over the points of a record.
 //!
-//! Everything is scaled: displacement by the amplitude A, force by the half range T of the forces. The unknowns are those of the
-//! curve, then the parallel stiffness times A / T, the mean force over T, the factors of further columns, and the stop's.
+//! Everything is scaled: displacement by the amplitude A, force by the half range T of the forces. The unknowns are
+//! those of the curve, then the parallel stiffness times A / T, the mean force over T, the factors of further columns,
+//! and the stop's.
 
 use super::least_squares::Problem;
 use super::record::{Branch, Record};

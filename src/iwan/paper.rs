@@ -1,9 +1,9 @@
 //! The paper's own procedure: the residual line, the point where the data leave it, and the exponent from Eq. (24) on
 //! double-logarithmic paper.
 //!
-//! Two readings make Eq. (24) right: x is half the distance from the reversal, and T_max = F_s + k_alpha A. Two things stay
-//! rough: where the data leave the line is a matter of tolerance (X_s comes out some per cent short, the more the larger
-//! chi), and the logarithms weigh the smallest differences most.
+//! Two readings make Eq. (24) right: x is half the distance from the reversal, and T_max = F_s + k_alpha A. Two things
+//! stay rough: where the data leave the line is a matter of tolerance (X_s comes out some per cent short, the more the
+//! larger chi), and the logarithms weigh the smallest differences most.
 
 use super::fit::{Fit, bad, student};
 use super::least_squares::two_lines;
@@ -36,14 +36,14 @@ struct Point {
 
 impl Record {
     /// The four parameters by the paper's procedure; the data leave the residual line where they are away from it by
-    /// `tolerance` (a part of F_s, see [`TOLERANCE`]), or by more if there is noise. X_s and kappa depend on it: with a small one
-    /// a slightly bent residual line counts as micro-slip, with a large one X_s comes out short.
+    /// `tolerance` (a part of F_s, see [`TOLERANCE`]), or by more if there is noise. X_s and kappa depend on it: with a
+    /// small one a slightly bent residual line counts as micro-slip, with a large one X_s comes out short.
     ///
     /// Standard errors are those of the two straight lines; that of X_s is half the distance of the points there.
     ///
     /// # Errors
-    /// [`Kind::BadInput`] where the procedure has nothing to work on: a tolerance not within 0 to 1, no straight end of the
-    /// branches (no gross slip), or no points between reversal and gross slip.
+    /// [`Kind::BadInput`] where the procedure has nothing to work on: a tolerance not within 0 to 1, no straight end of
+    /// the branches (no gross slip), or no points between reversal and gross slip.
     pub fn paper(&self, tolerance: f64) -> Result<Fit, Error> {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             return Err(Error::new(
@@ -123,9 +123,10 @@ impl Record {
     /// The points of the branches that go from one end of the loop to the other.
     fn turned(&self) -> Vec<Point> {
         let near = |length: f64| length >= COMPLETE * self.amplitude;
-        let whole = self.branches.iter().filter(|b| {
-            !b.virgin && near(b.amplitude) && near((b.start - self.centre).abs())
-        });
+        let whole = self
+            .branches
+            .iter()
+            .filter(|b| !b.virgin && near(b.amplitude) && near((b.start - self.centre).abs()));
         whole
             .flat_map(|branch| {
                 let sign = branch.direction.sign();
@@ -195,8 +196,8 @@ impl Line {
         }));
         let pairs = sums.iter().zip(&sums[window..]);
         let means: Vec<f64> = pairs.map(|(a, b)| (b - a) / window as f64).collect();
-        // The last window whose mean is below the line, and the line holds from its end on. Noise lifts one of many windows:
-        // what counts goes on in the window before, or is beyond noise.
+        // The last window whose mean is below the line, and the line holds from its end on. Noise lifts one of many
+        // windows: what counts goes on in the window before, or is beyond noise.
         let left = (0..means.len()).rev().find(|&index| {
             let before = index
                 .checked_sub(window)

@@ -1,8 +1,8 @@
 //! Measured data cut into branches: from one reversal of the displacement to the next.
 //!
-//! A steady loop gives branches that all start at the ends of the loop. Where the amplitude changes, the rule of return-point
-//! memory tells what every branch starts from: a stack of open reversals, of which a pair is closed when the displacement passes
-//! the older one, and under all of them the curve of first loading.
+//! A steady loop gives branches that all start at the ends of the loop. Where the amplitude changes, the rule of
+//! return-point memory tells what every branch starts from: a stack of open reversals, of which a pair is closed when
+//! the displacement passes the older one, and under all of them the curve of first loading.
 
 // Rows of a branch are a list of ranges, often of one.
 #![expect(clippy::single_range_in_vec_init)]
@@ -19,7 +19,8 @@ const REVERSAL: f64 = 0.2;
 /// Where amplitudes differ it is this part, or so many standard deviations of the noise of the displacement.
 const SMALL_REVERSAL: f64 = 0.02;
 const NO_NOISE: f64 = 12.0;
-/// A branch this long, as a part of the whole range, belongs to the loop; shorter ones are first loading or smaller loops.
+/// A branch this long, as a part of the whole range, belongs to the loop; shorter ones are first loading or smaller
+/// loops.
 const COMPLETE: f64 = 0.9;
 /// What starts or ends this close, as a part of the whole range, starts or ends at the same place.
 const SAME: f64 = 0.02;
@@ -31,7 +32,8 @@ const FEWEST_NEAR: usize = 8;
 /// At most so many of them are used, and so many places tried for a corner between them.
 const MOST_NEAR: usize = 2000;
 const CORNERS: usize = 100;
-/// A curve is good enough when the samples are no farther from it than so many times their noise, or than this part of the range.
+/// A curve is good enough when the samples are no farther from it than so many times their noise, or than this part of
+/// the range.
 const MISFIT: f64 = 2.0;
 const GOOD: f64 = 2e-4;
 /// The median of normal noise, without its sign, in standard deviations.
@@ -84,7 +86,8 @@ impl Branch {
     }
 }
 
-/// Friction at a reversal: that of the parent (0 without one) plus `weight` times the curve of first loading at `distance`.
+/// Friction at a reversal: that of the parent (0 without one) plus `weight` times the curve of first loading at
+/// `distance`.
 #[derive(Clone, Debug)]
 pub struct Node {
     /// The reversal that the branch to this one started from; its index is smaller.
@@ -134,7 +137,8 @@ pub struct Record {
     pub nodes: Vec<Node>,
     /// From reversal to reversal; of a steady loop the same as the branches.
     pub half_cycles: Vec<HalfCycle>,
-    /// Half the distance between the reversals: mean of all branches of a steady loop, else that of the longest half cycle.
+    /// Half the distance between the reversals: mean of all branches of a steady loop, else that of the longest half
+    /// cycle.
     pub amplitude: f64,
     /// The middle between these reversals.
     pub centre: f64,
@@ -161,8 +165,8 @@ impl Record {
     /// Finds the reversals and the branches between them.
     ///
     /// # Errors
-    /// [`Kind::BadInput`]: lengths that differ, numbers that are not finite, no loop in the data (no branch in one of the
-    /// directions, or fewer than eight points on it), no memory for a copy.
+    /// [`Kind::BadInput`]: lengths that differ, numbers that are not finite, no loop in the data (no branch in one of
+    /// the directions, or fewer than eight points on it), no memory for a copy.
     pub fn new(displacement: &[f64], force: &[f64]) -> Result<Self, Error> {
         Self::from_vectors(copy(displacement)?, copy(force)?)
     }
@@ -213,8 +217,8 @@ impl Record {
         )
     }
 
-    /// The same with the displacement `late` samples earlier: what is recorded at sample i + late belongs to the force at i. A
-    /// fraction is interpolated; rows that lose their partner are not fitted.
+    /// The same with the displacement `late` samples earlier: what is recorded at sample i + late belongs to the force
+    /// at i. A fraction is interpolated; rows that lose their partner are not fitted.
     ///
     /// # Errors
     /// As [`Record::new`].
@@ -357,8 +361,8 @@ impl Record {
         0.5 * (high - low)
     }
 
-    /// Energy of one cycle as measured, between the largest amplitudes: the mean work of the half cycles that load plus that of
-    /// those that unload; NaN where none was recorded to its end.
+    /// Energy of one cycle as measured, between the largest amplitudes: the mean work of the half cycles that load plus
+    /// that of those that unload; NaN where none was recorded to its end.
     pub fn loop_area(&self) -> f64 {
         let work = |direction| {
             let ours: Vec<f64> = self
@@ -537,8 +541,8 @@ fn farthest(
     samples.min_by(|a, b| reach(a).total_cmp(&reach(b)))
 }
 
-/// Where the displacement turned at sample `turn`, and how much the samples about it scatter. The extreme one of noisy samples
-/// lies beyond the turn: then the tip of a curve through them, with or without a corner, is taken.
+/// Where the displacement turned at sample `turn`, and how much the samples about it scatter. The extreme one of noisy
+/// samples lies beyond the turn: then the tip of a curve through them, with or without a corner, is taken.
 fn settled(x: &[f64], turn: usize, length: f64) -> (f64, f64) {
     let mut reach = NEAR * length;
     loop {
@@ -561,7 +565,8 @@ struct Tip {
 }
 
 impl Tip {
-    /// By the samples within `reach` of sample `turn`; that sample itself where they are few, or monotonic on both sides.
+    /// By the samples within `reach` of sample `turn`; that sample itself where they are few, or monotonic on both
+    /// sides.
     fn new(x: &[f64], turn: usize, reach: f64) -> Self {
         let alone = Tip {
             place: x[turn],
@@ -692,9 +697,11 @@ fn remembered(x: &[f64], turns: &[usize], origin: Origin) -> Cut {
     if let Some(end) = farthest(x, (last_turn..=last).rev(), tail).filter(|end| *end > last_turn) {
         legs.push((last_turn + 1..end + 1, from, x[end]));
     }
-    let (low, high) = ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &end| {
-        (low.min(end), high.max(end))
-    });
+    let (low, high) = ends
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &end| {
+            (low.min(end), high.max(end))
+        });
     let centre = 0.5 * (low + high);
     let rest = match origin {
         Origin::Start => x[0],
@@ -877,8 +884,8 @@ fn branches(x: &[f64], force: &[f64]) -> (Vec<Branch>, f64) {
             },
         );
     }
-    // After the last turn: its start is known even if the record ends half way. What comes after its own end is too short to
-    // be a branch.
+    // After the last turn: its start is known even if the record ends half way. What comes after its own end is too
+    // short to be a branch.
     let (first_turn, last_turn) = (turns[0], turns[turns.len() - 1]);
     let start = ends[turns.len() - 1];
     let stop = if last_turn == end { last } else { end };
@@ -928,10 +935,7 @@ mod tests {
         let x = cosine(3.0, 100, 0.0);
         let branches = branches(&x, &x).0;
         assert_eq!(branches.len(), 6);
-        assert_eq!(
-            branches.iter().map(|b| b.count()).sum::<usize>(),
-            x.len()
-        );
+        assert_eq!(branches.iter().map(|b| b.count()).sum::<usize>(), x.len());
         for (k, b) in branches.iter().enumerate() {
             assert_eq!(b.direction == Direction::Loading, k % 2 == 0);
             assert_eq!((b.start.abs(), b.amplitude), (1.0, 1.0));
@@ -954,10 +958,7 @@ mod tests {
         let x = cosine(1.0, 100, 0.25);
         let branches = branches(&x, &x).0;
         assert_eq!(branches.len(), 2);
-        assert_eq!(
-            branches.iter().map(|b| b.count()).sum::<usize>(),
-            x.len()
-        );
+        assert_eq!(branches.iter().map(|b| b.count()).sum::<usize>(), x.len());
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What the residuals of a fit show: noise, or the shape of another loop.
 //!
-//! The residuals are put into bins along the branches, loading and unloading apart, cycles on top of each other. Noise leaves the
-//! mean of a bin near zero, as near as the scatter within the bins, and its correlation, allow; the rest is shape.
+//! The residuals are put into bins along the branches, loading and unloading apart, cycles on top of each other. Noise
+//! leaves the mean of a bin near zero, as near as the scatter within the bins, and its correlation, allow; the rest is
+//! shape.
 
 use super::record::Record;
 use super::warning::Warning;
@@ -13,7 +14,8 @@ const BIN_POINTS: usize = 8;
 const AMPLITUDES: usize = 4;
 /// A sum of squares so many standard deviations above what noise gives is none.
 const NO_NOISE: f64 = 6.0;
-/// Bounds as parts of T_max: residual, its part that is shape, that in which the branches differ, the force at the ends.
+/// Bounds as parts of T_max: residual, its part that is shape, that in which the branches differ, the force at the
+/// ends.
 const MISFIT: f64 = 0.05;
 const SHAPE: f64 = 0.02;
 const BRANCHES: f64 = 0.015;

@@ -1,6 +1,8 @@
 //! Slip, then bearing: the four-parameter model with a spring beyond a clearance on either side.
 
-use super::fit::{Friction, Loop, Solution, UNKNOWNS, X_RANGE, bad, fit_of, lowest, valley, warnings};
+use super::fit::{
+    Friction, Loop, Solution, UNKNOWNS, X_RANGE, bad, fit_of, lowest, valley, warnings,
+};
 use super::least_squares::search;
 use super::masing::{CLEARANCES, Masing};
 use super::record::Record;
@@ -44,7 +46,8 @@ pub(super) fn solve(record: &Record) -> Result<(Solution, Vec<Bottom>), Error> {
         bottoms
     };
     let mut tried: Vec<(f64, [f64; 2], DVector<f64>)> = Vec::new();
-    // One side after the other: both alike, then each for the best of the other; the last one is that it is not reached.
+    // One side after the other: both alike, then each for the best of the other; the last one is that it is not
+    // reached.
     let alike = STARTS.map(|clearance| [clearance; 2]);
     let mut places: Vec<[f64; 2]> = alike[..STARTS.len() - 1].to_vec();
     for side in [1, 0, 1] {
@@ -58,15 +61,20 @@ pub(super) fn solve(record: &Record) -> Result<(Solution, Vec<Bottom>), Error> {
         }
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((_, best, _)) = tried.first() {
-            places = STARTS.map(|clearance| {
-                let mut pair = *best;
-                pair[side] = clearance;
-                pair
-            }).to_vec();
+            places = STARTS
+                .map(|clearance| {
+                    let mut pair = *best;
+                    pair[side] = clearance;
+                    pair
+                })
+                .to_vec();
         }
     }
     tried.truncate(FOLLOWED);
-    let best = search(&problem, tried.iter().map(|(.., unknowns)| unknowns.clone()));
+    let best = search(
+        &problem,
+        tried.iter().map(|(.., unknowns)| unknowns.clone()),
+    );
     let mut best = best.ok_or_else(|| bad("no start for the search"))?;
     // Once more along the whole valley, with the clearances that were found.
     let found = [0, 1].map(|k| best.parameters[UNKNOWNS + k]);

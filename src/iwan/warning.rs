@@ -18,7 +18,8 @@ pub enum Effect {
     Viscous,
     /// A force in proportion to the cube of the displacement; its value at the amplitude.
     Hardening,
-    /// A force in proportion to the square of the displacement, that is of one sign on both sides; its value at the amplitude.
+    /// A force in proportion to the square of the displacement, that is of one sign on both sides; its value at the
+    /// amplitude.
     Asymmetry,
     /// A force that grows in proportion to time; from the first to the last point.
     Drift,
@@ -281,9 +282,9 @@ impl fmt::Display for Warning {
                 }
             }
             Warning::Bears(stop) => {
-                let [above, below] = stop.clearances.map(|side| {
-                    side.map_or("not reached".to_string(), |c| Plus(c).to_string())
-                });
+                let [above, below] = stop
+                    .clearances
+                    .map(|side| side.map_or("not reached".to_string(), |c| Plus(c).to_string()));
                 write!(
                     out,
                     "the joint slips and then bears: a model with stops at {above} above and {below} below the middle, stiffness \

@@ -22,10 +22,12 @@ const OUTSIDE: f64 = 1.0 + 2e-12;
 const AT_LIMIT: f64 = 1.0 - 2e-14;
 /// Knots closer than this part of R are one.
 const SAME: f64 = 1e-12;
-/// On a segment shorter than this part of G, where f' changes so little that f is straight but for this, differences of the backbone
-/// are rounding.
+/// A segment shorter than this part of G has the mean of its ends' f' for a secant: the quotient is rounding.
 const SHORT: f64 = 1e-8;
-const BENT: f64 = 1e-15;
+/// Over less than this part of G, where the backbone is nearly straight, differences of its integrals are rounding;
+const NARROW: f64 = 1e-4;
+/// over less than this they are whatever the backbone is.
+const NO_ROOM: f64 = 1e-12;
 /// How often a segment may be halved.
 const HALVINGS: usize = 9;
 /// Room for the trial curve: an apex, an old apex, and a full state.
@@ -827,19 +829,25 @@ impl<'a, B: Backbone> Walk<'a, B> {
         let (mut secant, mut slope) = (b.at.slope, V::zeros());
         if width > 0.0 {
             let inverse = 1.0 / width;
+            let df = b.at.f - a.at.f;
             let f = 0.5 * (a.at.f + b.at.f);
-            let mut df = b.at.f - a.at.f;
             let mut loss = b.at.loss - a.at.loss;
             // What F has more than by a straight f.
             let mut bulge = b.at.integral - a.at.integral - f * width;
-            secant = df * inverse;
-            if width < SHORT * self.path.critical && (a.at.slope - b.at.slope) * width < BENT {
-                // Differences would be rounding: by f', f and L' = f - R f' in the middle.
-                secant = 0.5 * (a.at.slope + b.at.slope);
-                df = secant * width;
+            let critical = self.path.critical;
+            let kink = a.at.slope - b.at.slope;
+            if width <= NO_ROOM * critical
+                || (width <= NARROW * critical && kink <= 1e-4 * a.at.slope)
+            {
+                // By L' = f - R f' in the middle, and the third derivative of F.
                 loss = (f - 0.5 * (a.r * a.at.slope + b.r * b.at.slope)) * width;
-                bulge = 0.0;
+                bulge = kink * width * width * (1.0 / 12.0);
             }
+            secant = if width > SHORT * critical {
+                df * inverse
+            } else {
+                0.5 * (a.at.slope + b.at.slope)
+            };
             slope = (b.u - a.u) * inverse;
             self.outcome.traction += slope * df;
             self.outcome.stored +=

@@ -38,6 +38,7 @@ from loops import ROOT, identify, provenance, read_csv, write_csv  # noqa: E402
 HERE = Path(__file__).resolve().parent
 RESULTS, BUILD = HERE / "results", ROOT / "build/studies/lap_joint"
 REFERENCE = Case("P900", **paper.REFERENCE)
+PLATES = 20 * 20 - np.pi * 3.5**2  # mm2, contact of the plates
 COLUMNS = ("case", "preload_N", "mu", "amplitude_mm", "k_alpha_N_per_mm", "F_s_N", "X_s_mm", "kappa",
            "dissipation_Nmm", "k_t_N_per_mm", "flag")
 

@@ -23,7 +23,12 @@ pub fn program(name: &str, parts: &[&str], flags: &[&str]) -> PathBuf {
     std::fs::create_dir_all(&directory).expect("a directory for the program");
     let strict = [
         &STRICT_FORTRAN[..],
-        &["-O1", "-Wno-compare-reals", "-fimplicit-none", "-fcheck=all"],
+        &[
+            "-O1",
+            "-Wno-compare-reals",
+            "-fimplicit-none",
+            "-fcheck=all",
+        ],
         &["-ffpe-trap=invalid,zero,overflow"],
         flags,
     ];

@@ -12,8 +12,8 @@ pub const T_MAX: f64 = 332.394;
 pub const TURN: usize = 400;
 const ELEMENTS: usize = 400;
 
-/// Friction along a path that starts at rest: elements whose limits follow `slope`, the derivative of the curve of first loading
-/// f(u / x_s), which ends at `reach` x_s.
+/// Friction along a path that starts at rest: elements whose limits follow `slope`, the derivative of the curve of
+/// first loading f(u / x_s), which ends at `reach` x_s.
 pub fn friction(path: &[f64], x_s: f64, reach: f64, slope: impl Fn(f64) -> f64) -> Vec<f64> {
     let step = reach / ELEMENTS as f64;
     // An element of limit r has the stiffness by which the slope falls at r; the last ones have what is left.

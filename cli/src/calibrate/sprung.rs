@@ -1,8 +1,8 @@
 //! Least squares for the contact law behind a spring, its exponent given.
 //!
-//! At first loading the displacement u of the driven end and the slip g obey g + C F f(g/gcr) = u, with C = 1/K_e; the force is
-//! H(u) = F f(g/gcr). Spring and contact together still obey Masing's rule, so a branch of the loop is
-//! T = c + k u +- [2 H(d/2) - H(A)], d the distance from the reversal.
+//! At first loading the displacement u of the driven end and the slip g obey g + C F f(g/gcr) = u, with C = 1/K_e; the
+//! force is H(u) = F f(g/gcr). Spring and contact together still obey Masing's rule, so a branch of the loop is T = c +
+//! k u +- [2 H(d/2) - H(A)], d the distance from the reversal.
 
 use mepc::backbone::{Backbone, PowerLaw};
 use mepc::iwan::least_squares::{correlation, inflation, rough_search, search};
@@ -31,7 +31,8 @@ pub struct SprungFit {
     pub rms: f64,
     /// Correlation of neighbouring residuals.
     pub correlation: f64,
-    /// Of F_s, gcr, 1/K_e, the stiffness in gross slip and the mean force; None when the data do not determine them at all.
+    /// Of F_s, gcr, 1/K_e, the stiffness in gross slip and the mean force; None when the data do not determine them at
+    /// all.
     covariance: Option<DMatrix<f64>>,
 }
 
