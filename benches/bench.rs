@@ -695,6 +695,7 @@ fn now() -> f64 {
     };
     // SAFETY: the pointer is to a timespec.
     assert_eq!(
+        // SAFETY: `time` is a place for the time.
         unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) },
         0
     );
