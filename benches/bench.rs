@@ -693,8 +693,8 @@ fn now() -> f64 {
         tv_sec: 0,
         tv_nsec: 0,
     };
-    // SAFETY: the pointer is to a timespec.
     assert_eq!(
+        // SAFETY: the pointer is to a timespec.
         unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) },
         0
     );

@@ -87,7 +87,7 @@ def bounds():
 
 
 def calibrated():
-    source = (JOINT / "joint.py").read_text()
+    source = (JOINT / "geometry.py").read_text() + (JOINT / "joint.py").read_text()
 
     def value(name):
         return re.search(rf"^    {name}: float = ([\d.e+-]+)", source, re.M)[1]
