@@ -11,10 +11,11 @@
 //! use mepc::{Law, Vector};
 //!
 //! let props = [0.3, 0.002, 2.5]; // mu, gcr (mm), chi
-//! let law = Law::<1>::new(&props, 25)?;
+//! let law = Law::<1>::new(&props, 44)?;
 //! let gcr = law.critical_slip(0.0)?;
-//! let (start, mut end) = ([0.0; 25], [0.0; 25]);
-//! let response = law.friction(gcr, &Vector::<1>::new(0.001), 100.0, &start, &mut end)?;
+//! let (start, mut end) = ([0.0; 44], [0.0; 44]); // zeros: virgin
+//! let (pressure, mu_factor) = (100.0, 1.0);
+//! let response = law.friction(gcr, &Vector::<1>::new(0.001), pressure, mu_factor, &start, &mut end)?;
 //! assert!((response.traction[0] - 30.0 * 0.823223).abs() < 1e-4);
 //! # Ok::<(), mepc::Error>(())
 //! ```

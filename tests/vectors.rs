@@ -88,10 +88,14 @@ fn every_vector_through_the_interface_form_of_the_library() {
             assert_eq!(out.traction[0], -row.pressure.max(0.0));
             // Touching without pressure is stiff already.
             assert_eq!(out.tangent[0], if row.pressure >= 0.0 { kn } else { 0.0 });
+            // The state keeps the energy of friction; the output has that of the normal spring besides.
+            let pressure = row.pressure.max(0.0);
+            let spring = out.energy[0] - state[3];
+            assert!((spring - pressure * pressure / (2.0 * kn)).abs() <= 1e-12 * out.energy[0]);
             file.check(
                 index,
                 &out.traction[1..],
-                out.energy[0],
+                state[3],
                 dissipated,
                 state[0] as i32,
             );
