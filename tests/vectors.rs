@@ -3,7 +3,7 @@
 mod support;
 
 use support::native::NativeLaw;
-use support::vectors::{VectorFile, all, every};
+use support::vectors::{Row, VectorFile, all, every};
 use support::{Point, with};
 
 #[test]
@@ -71,11 +71,26 @@ fn every_vector_through_the_friction_form_of_the_library() {
     }
 }
 
+/// Whether a contact closes in an increment with slip: there the two forms differ (docs/theory.md, section 6).
+fn closes_with_slip(rows: &[Row]) -> bool {
+    let still = vec![0.0; rows[0].slip.len()];
+    let mut before = (0.0, &still);
+    rows.iter().any(|row| {
+        let (pressure, slip) = std::mem::replace(&mut before, (row.pressure, &row.slip));
+        pressure <= 0.0 && row.pressure > 0.0 && *slip != row.slip
+    })
+}
+
 /// The pressure comes from the opening here: kn is a power of two, so that it is the file's to the last bit.
 #[test]
 fn every_vector_through_the_interface_form_of_the_library() {
     let kn = 1024.0;
+    let mut count = 0;
     for file in all() {
+        if closes_with_slip(&file.rows) {
+            continue;
+        }
+        count += 1;
         let law = NativeLaw::with_state_size(&with(&file.props, 7, kn), file.ndir, file.nstate);
         let mut state = vec![0.0; file.nstate];
         let mut dissipated = 0.0;
@@ -101,4 +116,5 @@ fn every_vector_through_the_interface_form_of_the_library() {
             );
         }
     }
+    assert!(count > 40, "only {count} vectors");
 }
