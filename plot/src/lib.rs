@@ -1,5 +1,5 @@
 //! Line pictures as SVG: curves over a thin grid, the legend above the plot where it covers nothing. However many points a curve
-//! has, the file stays small: what cannot be seen is left out ([`thin`]).
+//! has, the file stays small: what cannot be seen is left out (`thin`).
 //!
 //! Knows nothing of friction and needs no font on this machine.
 
