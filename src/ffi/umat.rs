@@ -57,7 +57,9 @@ impl Arrangement {
         } else if layout == 1.0 {
             (&[6], [2, 5, 4], 1.0)
         } else if layout == 2.0 {
-            (&[6], [2, 4, 5], thickness)
+            // In the plane (11, 22, 33, 12) the layer's normal is 22, in space (.., 13, 23) it is 33.
+            let slots = if ntens == 4 { [1, 3, 3] } else { [2, 4, 5] };
+            (&[4, 6], slots, thickness)
         } else {
             return bad(
                 0,
@@ -96,7 +98,7 @@ impl Arrangement {
                 weights: [scale; 3],
                 length,
             },
-            directions: if ntens == 2 { 1 } else { 2 },
+            directions: if ntens == 2 || ntens == 4 { 1 } else { 2 },
             always_sticking: tangent == 1.0,
             order,
         })

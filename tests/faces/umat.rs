@@ -184,13 +184,14 @@ type Case = (f64, usize, usize, &'static [usize], f64, f64);
 
 #[test]
 fn layouts_and_scales() {
-    let cases: [Case; 6] = [
+    let cases: [Case; 7] = [
         (0.0, 2, 1, &[0, 1], 1.0, 0.0),
         (0.0, 3, 2, &[0, 1, 2], 1.0, 0.0),
         (0.0, 3, 2, &[0, 1, 2], 3.0, 0.0),
         (1.0, 6, 2, &[2, 5, 4], 2.0, 0.0),
         (2.0, 6, 2, &[2, 4, 5], 1.0, 0.3),
         (2.0, 6, 2, &[2, 4, 5], 1.7, 0.3),
+        (2.0, 4, 1, &[1, 3], 1.7, 0.3),
     ];
     for symbol in ["umat", "umat_"] {
         for (layout, ntens, directions, slots, scale, thickness) in cases {
@@ -417,6 +418,31 @@ fn the_host_s_own_routines_are_used_where_there_are_any() {
         );
         assert_eq!(output.status.code(), Some(7), "ended by xit");
     }
+}
+
+/// PROPS(25): 0 by symbol, 1 row by row, 2 column by column, whatever the symbol.
+#[test]
+fn the_order_of_the_tangent_is_a_property() {
+    let tangent = |symbol: &str, order: f64| {
+        let mut all = props(0.0, 1.0, 0.0, 0.0);
+        all.push(order);
+        let mut point = Point::new(symbol, &all, 3, 84);
+        let first = point.trial(&[-2e-3, 1e-3, 0.0]);
+        point.accept(&[-2e-3, 1e-3, 0.0], &first);
+        point.trial(&[-1e-4, 5e-4, 7e-4]).ddsdde
+    };
+    let [rows, columns] = [1.0, 2.0].map(|order| tangent("umat", order));
+    assert!((0..3).any(|i| (0..3).any(|j| rows[3 * i + j] != rows[3 * j + i])));
+    for i in 0..3 {
+        for j in 0..3 {
+            assert_eq!(rows[3 * i + j], columns[3 * j + i]);
+        }
+    }
+    // The caller here turns what `umat_` gives, which is by columns, into rows.
+    assert_eq!(tangent("umat", 0.0), rows);
+    assert_eq!(tangent("umat_", 0.0), rows);
+    assert_eq!(tangent("umat_", 1.0), columns);
+    assert_eq!(tangent("umat_", 2.0), rows);
 }
 
 /// States that a host keeps in single precision.
